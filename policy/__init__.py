@@ -1,0 +1,1 @@
+"""Where each UAV heads and how fast, so that everyone's data stays fresh."""

@@ -1,0 +1,399 @@
+"""What the rooms of ground control say to each other: values and protocols, no behaviour.
+
+The flight loop is one synchronous thread stepped by a clock (10 Hz); everything in it takes ``now_s``, seconds on
+that clock, which may be virtual. Other threads (API, store) read the newest frozen snapshot and leave requests.
+"""
+
+from collections.abc import Mapping
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any, Protocol
+
+from policy.agents.base import Decision
+from policy.mission_file import Mission
+from policy.world.arrays import FloatArray
+from policy.world.metrics import Metrics
+from policy.world.scenario import Scenario
+from policy.world.state import WorldState
+
+# --- vehicles -----------------------------------------------------------------------------------------------------
+
+
+class FlightMode(StrEnum):
+    """What a vehicle's own mode means to us."""
+
+    GUIDED = "guided"  # follows our velocity: PX4 OFFBOARD, ArduPilot GUIDED
+    TAKEOFF = "takeoff"
+    HOLD = "hold"
+    RETURN = "return"
+    LAND = "land"
+    PILOT = "pilot"  # any mode that a person flies or that we did not ask for
+    UNKNOWN = "unknown"
+
+
+class Landed(StrEnum):
+    """MAV_LANDED_STATE."""
+
+    UNKNOWN = "unknown"
+    ON_GROUND = "on_ground"
+    IN_AIR = "in_air"
+    TAKING_OFF = "taking_off"
+    LANDING = "landing"
+
+
+@dataclass(frozen=True)
+class VehicleLimits:
+    """What the vehicle will really do, read from its parameters; None where it did not say."""
+
+    max_speed_mps: float | None = None
+    max_accel_mps2: float | None = None
+    setpoint_timeout_s: float | None = None
+
+
+@dataclass(frozen=True)
+class VehicleStatus:
+    """The newest of everything a vehicle said. Times are on the flight clock; None: never heard."""
+
+    system_id: int
+    autopilot: str = "unknown"  # px4 | ardupilot | unknown
+    mode: FlightMode = FlightMode.UNKNOWN
+    mode_name: str = ""
+    armed: bool = False
+    landed: Landed = Landed.UNKNOWN
+    position_ready: bool = False  # the vehicle's own flags say that it can fly by position
+    lat_deg: float | None = None
+    lon_deg: float | None = None
+    alt_amsl_m: float | None = None
+    alt_home_m: float | None = None
+    vel_ned_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    yaw_rad: float = 0.0
+    home_lat_deg: float | None = None
+    home_lon_deg: float | None = None
+    battery_fraction: float | None = None
+    battery_v: float | None = None
+    heartbeat_s: float | None = None  # when last heard
+    position_s: float | None = None  # when the newest position was measured
+    loss_ratio: float = 0.0
+    address: str = ""
+    texts: tuple[str, ...] = ()  # newest STATUSTEXTs, oldest first
+    limits: VehicleLimits = field(default_factory=VehicleLimits)
+
+
+class CommandKind(StrEnum):
+    """What an operator or the mission may order."""
+
+    ARM = "arm"
+    DISARM = "disarm"
+    TAKEOFF = "takeoff"
+    GUIDED = "guided"
+    HOLD = "hold"
+    RETURN = "rtl"
+    LAND = "land"
+    TERMINATE = "terminate"
+
+
+@dataclass(frozen=True)
+class VehicleCommand:
+    """An order to one vehicle; ``altitude_m`` above home for a take-off."""
+
+    kind: CommandKind
+    system_id: int
+    altitude_m: float | None = None
+    force: bool = False
+
+
+class VerdictResult(StrEnum):
+    """How an order ended."""
+
+    ACCEPTED = "accepted"
+    REFUSED = "refused"  # the vehicle said no
+    UNSUPPORTED = "unsupported"
+    TIMEOUT = "timeout"  # no answer in spite of repeats
+    NOT_SENT = "not_sent"  # unknown vehicle, or the safety rules forbid it
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The vehicle's own answer, with its words."""
+
+    command: VehicleCommand
+    result: VerdictResult
+    reason: str = ""
+    attempts: int = 0
+    duration_s: float = 0.0
+
+    @property
+    def accepted(self) -> bool:
+        """The vehicle agreed to do it (not that it has been done)."""
+        return self.result is VerdictResult.ACCEPTED
+
+
+class CommandTicket(Protocol):
+    """A sent order; ``verdict`` stays None until it is known."""
+
+    @property
+    def verdict(self) -> Verdict | None: ...
+
+
+@dataclass(frozen=True)
+class VelocitySetpoint:
+    """A wish of guidance: north, east, down velocity and where the nose points (clockwise from north)."""
+
+    system_id: int
+    vel_ned_mps: tuple[float, float, float]
+    yaw_rad: float
+
+
+class SafeSetpoint(Protocol):
+    """A setpoint that passed the gate. Only ``gcs.safety.gate`` makes these; links take nothing else."""
+
+    @property
+    def setpoint(self) -> VelocitySetpoint: ...
+
+    @property
+    def passed_gate(self) -> bool: ...
+
+
+class FleetLink(Protocol):
+    """All vehicles over one or several transports. Never blocks; called by the flight thread only."""
+
+    def poll(self, now_s: float) -> None:
+        """Take in everything that has arrived."""
+
+    def vehicles(self) -> Mapping[int, VehicleStatus]:
+        """Newest status by system id."""
+
+    def send(self, safe: SafeSetpoint, now_s: float) -> None:
+        """Send one velocity setpoint."""
+
+    def submit(self, command: VehicleCommand, now_s: float) -> CommandTicket:
+        """Send an order; it is repeated until answered or given up."""
+
+    def flush(self, now_s: float) -> None:
+        """Heartbeats, repeats and requests that are due."""
+
+    def close(self) -> None:
+        """Release sockets."""
+
+
+class FlightClock(Protocol):
+    """Time of the flight loop; virtual when vehicles and loop share a simulated clock."""
+
+    def now_s(self) -> float: ...
+
+    def wait_until(self, time_s: float) -> None:
+        """Return when the clock shows ``time_s`` (a lock-step clock lets the vehicles fly until then)."""
+
+    @property
+    def is_virtual(self) -> bool: ...
+
+
+# --- users, planning, records -------------------------------------------------------------------------------------
+
+
+class UserPlaces(Protocol):
+    """Where people are: by trace, walkers or live fixes. Never answers for a later slot than reached."""
+
+    @property
+    def num_users(self) -> int: ...
+
+    def positions(self, sample: int) -> FloatArray:
+        """Sample ``sample`` (0 at the campaign's start, t+1 at the end of slot t): [M, 2] east, north metres."""
+
+
+class PlanTicket(Protocol):
+    """A decision under way."""
+
+    def poll(self) -> "Decision | PlanFailure | None":
+        """The answer, or None while it is being worked on."""
+
+    def wait(self, timeout_s: float) -> None:
+        """Wall-clock wait, for a virtual flight clock only."""
+
+
+@dataclass(frozen=True)
+class PlanFailure:
+    """The planner failed or answered nonsense; vehicles hold."""
+
+    reason: str
+
+
+class Planner(Protocol):
+    """Decides once a slot, in its own thread or process; never blocks the flight loop."""
+
+    def begin(self, scenario: Scenario, seed: int) -> None:
+        """A campaign starts."""
+
+    def request(self, state: WorldState) -> PlanTicket: ...
+
+    def close(self) -> None: ...
+
+
+class Severity(StrEnum):
+    """Warnings need action now, cautions soon (MIL-STD-411F)."""
+
+    INFO = "info"
+    CAUTION = "caution"
+    WARNING = "warning"
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened. ``kind`` is dotted: campaign.state, command.verdict, plan.late, gate.slowed ..."""
+
+    time_s: float  # flight clock
+    kind: str
+    message: str
+    severity: Severity = Severity.INFO
+    campaign_id: str | None = None
+    system_id: int | None = None
+    actor: str = "system"
+    data: Mapping[str, Any] = field(default_factory=dict)
+
+
+class Journal(Protocol):
+    """Where events and slots are recorded. Never blocks the flight loop; a slow store is reported, not waited for."""
+
+    def record(self, event: Event) -> None: ...
+
+    def record_slot(self, campaign_id: str, record: "SlotRecord") -> None: ...
+
+
+# --- campaign -----------------------------------------------------------------------------------------------------
+
+
+class CampaignState(StrEnum):
+    """States of a campaign; the table of transitions stands in ``gcs.mission.states``."""
+
+    DRAFT = "draft"
+    READY = "ready"
+    LAUNCHING = "launching"
+    FLYING = "flying"
+    PAUSED = "paused"
+    RECOVERING = "recovering"
+    DONE = "done"
+    ABORTED = "aborted"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class UavSlot:
+    """One UAV at the end of a slot; heading and speed are those flown to get there."""
+
+    system_id: int
+    east_m: float
+    north_m: float
+    heading_deg: float
+    speed_mps: float
+    energy_j: float  # used since the campaign's first slot
+    active: bool = True
+
+
+@dataclass(frozen=True)
+class UserSlot:
+    """One user at the end of a slot."""
+
+    user_id: str
+    east_m: float
+    north_m: float
+    aoi_slots: float
+    data_mb: float
+    served: bool
+
+
+@dataclass(frozen=True)
+class SlotRecord:
+    """The state after ``slot`` slots (0: the start), as in the trajectory file."""
+
+    slot: int
+    time_s: float
+    uavs: tuple[UavSlot, ...]
+    users: tuple[UserSlot, ...]
+    metrics: Metrics | None  # so far; None at slot 0
+    decision_ms: float | None = None
+
+
+@dataclass(frozen=True)
+class UavPlan:
+    """What one UAV does in the present slot."""
+
+    system_id: int
+    heading_rad: float
+    speed_mps: float
+    path_enu_m: tuple[tuple[float, float], ...]  # a few points from the slot's start to its end
+
+
+@dataclass(frozen=True)
+class CampaignSnapshot:
+    """A campaign as it stands."""
+
+    campaign_id: str
+    name: str
+    policy: str
+    state: CampaignState
+    slot: int
+    slots: int
+    slot_s: float
+    slot_elapsed_s: float
+    reason: str = ""
+    metrics: Metrics | None = None
+    plans: tuple[UavPlan, ...] = ()
+    latest: SlotRecord | None = None
+    decision_ms: float | None = None
+    explanation: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class FlightSnapshot:
+    """Everything a page needs, built by the flight thread at each tick; safe to read from any thread."""
+
+    time_s: float
+    tick: int
+    vehicles: tuple[VehicleStatus, ...] = ()
+    campaign: CampaignSnapshot | None = None  # the one being flown, or the last one
+    stopped: bool = False  # emergency stop latched
+    setpoint_period_s: float | None = None  # newest, on the wall clock
+
+
+class RequestKind(StrEnum):
+    """What other threads may ask of the flight thread."""
+
+    START = "start"
+    PAUSE = "pause"
+    RESUME = "resume"
+    ABORT = "abort"
+    COMMAND = "command"
+    EMERGENCY_STOP = "emergency_stop"
+    RESET_STOP = "reset_stop"
+
+
+@dataclass(frozen=True)
+class OperatorRequest:
+    """A request with its author, for the audit log."""
+
+    kind: RequestKind
+    actor: str
+    campaign_id: str | None = None
+    mission: Mission | None = None  # with START
+    command: VehicleCommand | None = None  # with COMMAND
+
+
+@dataclass(frozen=True)
+class RequestOutcome:
+    """Taken up or not, and why; ``verdict`` for commands."""
+
+    accepted: bool
+    reason: str = ""
+    verdict: Verdict | None = None
+
+
+class FlightControl(Protocol):
+    """The flight thread as seen by the API."""
+
+    def snapshot(self) -> FlightSnapshot: ...
+
+    def submit(self, request: OperatorRequest) -> Future[RequestOutcome]: ...
+
+    def healthy(self) -> bool:
+        """The loop ticked within its deadline."""
