@@ -30,9 +30,7 @@ class ActionSet:
 def make_actions(num_headings: int, speeds_mps: tuple[float, ...]) -> ActionSet:
     """Hover, then every heading at every speed: A = 1 + num_headings * len(speeds_mps)."""
     if num_headings < 1 or not speeds_mps or min(speeds_mps) <= 0.0:
-        raise ValueError(
-            f"need at least one heading and positive speeds, not {num_headings} and {speeds_mps}"
-        )
+        raise ValueError(f"need at least one heading and positive speeds, not {num_headings} and {speeds_mps}")
     headings = np.arange(num_headings) * (2.0 * math.pi / num_headings)
     return ActionSet(
         heading_rad=np.concatenate(([0.0], np.tile(headings, len(speeds_mps)))),

@@ -86,9 +86,7 @@ def check_radio(altitude_m: float, radio: Radio) -> None:
     for distance_m in (altitude_m, 20_000.0):
         log_m = 10.0 * math.log10(max(distance_m, MIN_DISTANCE_M))
         if radio.alpha_nlos_db + radio.beta_nlos * log_m < radio.alpha_los_db + radio.beta_los * log_m:
-            raise ValueError(
-                f"NLoS loss is below LoS loss at {distance_m:g} m; raise alpha_nlos_db or beta_nlos"
-            )
+            raise ValueError(f"NLoS loss is below LoS loss at {distance_m:g} m; raise alpha_nlos_db or beta_nlos")
 
 
 def served(distance_2d_m: Array, uav_active: Array, altitude_m: float, radio: Radio) -> Array:

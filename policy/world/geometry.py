@@ -11,12 +11,7 @@ Polygon = tuple[tuple[float, float], ...]
 def inside_rectangle(points_m: Array, size_m: tuple[float, float], margin_m: float = 0.0) -> Array:
     """Within [margin, size - margin] on both axes: [..., 2] -> bool [...]; the edge itself is inside."""
     east, north = points_m[..., 0], points_m[..., 1]
-    return (
-        (east >= margin_m)
-        & (east <= size_m[0] - margin_m)
-        & (north >= margin_m)
-        & (north <= size_m[1] - margin_m)
-    )
+    return (east >= margin_m) & (east <= size_m[0] - margin_m) & (north >= margin_m) & (north <= size_m[1] - margin_m)
 
 
 def inside_polygon(points_m: Array, polygon_m: Polygon) -> Array:

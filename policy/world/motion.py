@@ -50,9 +50,7 @@ def stopping_point_m(pos_m: Array, vel_mps: Array, max_accel_mps2: float, reacti
     return pos_m + vel_mps * way_s[..., None]
 
 
-def _remaining(
-    vel_from_mps: Array, vel_to_mps: Array, max_accel_mps2: float, time_s: Array
-) -> tuple[Array, Array]:
+def _remaining(vel_from_mps: Array, vel_to_mps: Array, max_accel_mps2: float, time_s: Array) -> tuple[Array, Array]:
     """Share of the velocity change still to come, and its integral over time in seconds."""
     xp = array_namespace(vel_from_mps, vel_to_mps)
     total_s = change_time_s(vel_from_mps, vel_to_mps, max_accel_mps2)
