@@ -50,7 +50,7 @@ class CampaignRecord:
     @property
     def energy_used_j(self) -> FloatArray:
         """[U] over the campaign."""
-        return np.sum([outcome.energy_j for outcome in self.outcomes], axis=0)
+        return np.asarray(np.sum([outcome.energy_j for outcome in self.outcomes], axis=0), dtype=np.float64)
 
     @property
     def metrics(self) -> Metrics:
