@@ -1,0 +1,89 @@
+"""Which parameters tell what a vehicle will really do, and how their values are decoded.
+
+Source: https://mavlink.io/en/services/parameter.html; PX4 puts the bytes of an integer into the float, ArduPilot casts.
+"""
+
+import math
+import struct
+from collections.abc import Mapping
+from typing import Final
+
+from gcs.links.modes import ARDUPILOT, PX4
+from gcs.ports import VehicleLimits
+
+REQUEST_TIMEOUT_S: Final = 1.5
+MAX_REQUESTS: Final = 5
+_STANDARD_GRAVITY_MPS2: Final = 9.80665
+
+WANTED: Final[dict[str, tuple[str, ...]]] = {
+    PX4: ("MPC_XY_VEL_MAX", "MPC_ACC_HOR", "COM_OF_LOSS_T"),
+    ARDUPILOT: ("WPNAV_ACCEL", "ANGLE_MAX", "GUID_TIMEOUT"),
+}
+
+_INTEGER_FORMATS: Final = {1: "<B", 2: "<b", 3: "<H", 4: "<h", 5: "<I", 6: "<i"}  # MAV_PARAM_TYPE
+
+
+def decode_value(value: float, param_type: int, *, bytewise: bool) -> float:
+    """A PARAM_VALUE's number; ``bytewise`` as the vehicle's capability bits say."""
+    if bytewise and param_type in _INTEGER_FORMATS:
+        layout = _INTEGER_FORMATS[param_type]
+        return float(struct.unpack_from(layout, struct.pack("<f", value))[0])
+    return value
+
+
+def limits_from(autopilot: str, values: Mapping[str, float]) -> VehicleLimits:
+    """Speed, acceleration and time-out that the parameters read so far imply."""
+    if autopilot == PX4:
+        return VehicleLimits(
+            max_speed_mps=values.get("MPC_XY_VEL_MAX"),
+            max_accel_mps2=values.get("MPC_ACC_HOR"),
+            setpoint_timeout_s=values.get("COM_OF_LOSS_T"),
+        )
+    if autopilot == ARDUPILOT:
+        return VehicleLimits(
+            max_accel_mps2=_ardupilot_accel_mps2(values), setpoint_timeout_s=values.get("GUID_TIMEOUT")
+        )
+    return VehicleLimits()
+
+
+def _ardupilot_accel_mps2(values: Mapping[str, float]) -> float | None:
+    """GUIDED shapes velocity by WPNAV_ACCEL (cm/s^2) and can never lean further than ANGLE_MAX (centidegrees)."""
+    candidates = []
+    if "WPNAV_ACCEL" in values:
+        candidates.append(values["WPNAV_ACCEL"] / 100.0)
+    if "ANGLE_MAX" in values:
+        candidates.append(_STANDARD_GRAVITY_MPS2 * math.tan(math.radians(values["ANGLE_MAX"] / 100.0)))
+    return min(candidates) if candidates else None
+
+
+class ParameterReader:
+    """Asks for the wanted parameters one at a time until each has come or has been asked for often enough."""
+
+    def __init__(self) -> None:
+        self.values: dict[str, float] = {}
+        self._asked: dict[str, int] = {}
+        self._due_s = float("-inf")
+
+    def next_request(self, autopilot: str, now_s: float) -> str | None:
+        """Name of the parameter to request now, or None."""
+        if now_s < self._due_s:
+            return None
+        for name in WANTED.get(autopilot, ()):
+            if name not in self.values and self._asked.get(name, 0) < MAX_REQUESTS:
+                self._asked[name] = self._asked.get(name, 0) + 1
+                self._due_s = now_s + REQUEST_TIMEOUT_S
+                return name
+        return None
+
+    def on_value(self, name: str, value: float) -> bool:
+        """Take a value in; True when it is one we wanted, and then the next may be asked at once."""
+        if name not in self._asked:
+            return False
+        self.values[name] = value
+        self._due_s = float("-inf")
+        return True
+
+    def missing(self, autopilot: str) -> tuple[str, ...]:
+        """Parameters asked for in vain."""
+        wanted = WANTED.get(autopilot, ())
+        return tuple(n for n in wanted if n not in self.values and self._asked.get(n, 0) >= MAX_REQUESTS)

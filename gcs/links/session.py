@@ -1,0 +1,152 @@
+"""One vehicle's MAVLink session, sans-IO: messages in, status out; what is to be sent goes to a callback."""
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Final
+
+from gcs.links.boot_clock import BootClock
+from gcs.links.commands import (
+    CommandTransaction,
+    LongCommand,
+    NotSendableError,
+    RefusedTicket,
+    encode_command,
+)
+from gcs.links.modes import PX4
+from gcs.links.parameters import ParameterReader, decode_value, limits_from
+from gcs.links.status import UPDATES, with_heartbeat, with_position
+from gcs.links.subscriptions import Subscriptions
+from gcs.links.texts import TextJoiner
+from gcs.ports import CommandTicket, VehicleCommand, VehicleStatus
+
+_PREARM_BIT: Final = 1 << 28  # MAV_SYS_STATUS_PREARM_CHECK
+_POS_HORIZ_ABS: Final = 16  # the same bit in ESTIMATOR_STATUS_FLAGS and EKF_STATUS_FLAGS
+_EKF_CONST_POS: Final = 128  # EKF_CONST_POS_MODE: no position at all
+_CAPABILITY_PARAM_C_CAST: Final = 131_072  # MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
+_TEXTS_KEPT: Final = 20
+
+Send = Callable[[str, tuple[Any, ...]], None]
+"""Sends the message that pymavlink's ``<name>_encode`` makes, with these arguments after the target ids."""
+
+
+class VehicleSession:
+    """Everything heard from and asked of one vehicle."""
+
+    def __init__(self, system_id: int, address: str) -> None:
+        self.status = VehicleStatus(system_id=system_id, address=address)
+        self._boot_clock = BootClock()
+        self._subscriptions = Subscriptions()
+        self._parameters = ParameterReader()
+        self._commands: dict[int, CommandTransaction] = {}
+        self._texts: deque[str] = deque(maxlen=_TEXTS_KEPT)
+        self._joiner = TextJoiner()
+        self._estimator_ok = False
+        self._prearm_ok = False
+        self._bytewise_params: bool | None = None
+
+    @property
+    def reboots(self) -> int:
+        """How often the vehicle's boot time began anew."""
+        return self._boot_clock.reboots
+
+    def receive(self, message: Any, now_s: float) -> None:
+        """Take one decoded message in."""
+        name = message.get_type()
+        self._subscriptions.on_message(name, now_s)
+        update = UPDATES.get(name)
+        if update is not None:
+            self.status = update(self.status, message)
+        match name:
+            case "HEARTBEAT":
+                self.status = with_heartbeat(self.status, message, now_s)
+            case "GLOBAL_POSITION_INT":
+                self._on_position(message, now_s)
+            case "SYS_STATUS" | "EKF_STATUS_REPORT" | "ESTIMATOR_STATUS":
+                self._on_readiness(name, message)
+            case "STATUSTEXT":
+                self._on_text(message)
+            case "COMMAND_ACK":
+                self._on_ack(message, now_s)
+            case "PARAM_VALUE":
+                self._on_param(message)
+            case "AUTOPILOT_VERSION":
+                self._bytewise_params = not message.capabilities & _CAPABILITY_PARAM_C_CAST
+            case _:
+                pass
+
+    def submit(self, command: VehicleCommand, now_s: float) -> CommandTicket:
+        """Open an order; a newer one with the same command number replaces an unanswered one."""
+        try:
+            wire = encode_command(command, self.status)
+        except NotSendableError as reason:
+            return RefusedTicket(command, str(reason))
+        earlier = self._commands.get(wire.number)
+        if earlier is not None:
+            earlier.supersede(now_s, command.kind)
+        transaction = CommandTransaction(command, wire, now_s)
+        self._commands[wire.number] = transaction
+        return transaction
+
+    def flush(self, now_s: float, send: Send) -> None:
+        """Send what is due: orders, rate requests, parameter requests."""
+        for number, transaction in list(self._commands.items()):
+            transaction.step(now_s, self.status, lambda wire, again: _send_long(send, wire, again))
+            if transaction.done:
+                del self._commands[number]
+        missing, streams = self._subscriptions.due(self.status.autopilot, now_s)
+        for message_id, rate_hz in missing:
+            _send_long(send, _interval(message_id, rate_hz), 0)
+        if streams:
+            send("request_data_stream", (0, 10, 1))
+        name = self._parameters.next_request(self.status.autopilot, now_s)
+        if name is not None:
+            send("param_request_read", (name.encode("ascii"), -1))
+
+    def _on_position(self, message: Any, now_s: float) -> None:
+        measured_s = self._boot_clock.measured_s(message.time_boot_ms / 1e3, now_s)
+        if measured_s is not None:
+            self.status = with_position(self.status, message, measured_s)
+
+    def _on_readiness(self, name: str, message: Any) -> None:
+        """In the air the pre-arm checks have had their say; what counts then is the position."""
+        if name == "SYS_STATUS":
+            present = bool(message.onboard_control_sensors_present & _PREARM_BIT)
+            self._prearm_ok = not present or bool(message.onboard_control_sensors_health & _PREARM_BIT)
+        else:
+            lost = name == "EKF_STATUS_REPORT" and bool(message.flags & _EKF_CONST_POS)
+            self._estimator_ok = bool(message.flags & _POS_HORIZ_ABS) and not lost
+        ready = self._estimator_ok and (self._prearm_ok or self.status.armed)
+        self.status = replace(self.status, position_ready=ready)
+
+    def _on_text(self, message: Any) -> None:
+        text = self._joiner.take(message)
+        if text is None:
+            return
+        self._texts.append(text)
+        self.status = replace(self.status, texts=tuple(self._texts))
+        for transaction in self._commands.values():
+            transaction.on_text(text)
+
+    def _on_ack(self, message: Any, now_s: float) -> None:
+        transaction = self._commands.get(message.command)
+        if transaction is not None:
+            transaction.on_ack(message.result, now_s)
+
+    def _on_param(self, message: Any) -> None:
+        bytewise = self._bytewise_params
+        if bytewise is None:
+            bytewise = self.status.autopilot == PX4
+        value = decode_value(message.param_value, message.param_type, bytewise=bytewise)
+        if self._parameters.on_value(message.param_id.rstrip("\0"), value):
+            limits = limits_from(self.status.autopilot, self._parameters.values)
+            self.status = replace(self.status, limits=limits)
+
+
+def _send_long(send: Send, wire: LongCommand, confirmation: int) -> None:
+    send("command_long", (wire.number, confirmation, *wire.params))
+
+
+def _interval(message_id: int, rate_hz: float) -> LongCommand:
+    """MAV_CMD_SET_MESSAGE_INTERVAL (511)."""
+    return LongCommand(511, (float(message_id), 1e6 / rate_hz, 0.0, 0.0, 0.0, 0.0, 0.0))

@@ -1,0 +1,62 @@
+"""Pure updates of a vehicle's status by one decoded message each (common.xml, ardupilotmega.xml)."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Final
+
+from gcs.links.modes import ARDUPILOT, PX4, describe_mode
+from gcs.ports import Landed, VehicleStatus
+
+_AUTOPILOTS: Final = {12: PX4, 3: ARDUPILOT}  # MAV_AUTOPILOT
+_LANDED: Final = {1: Landed.ON_GROUND, 2: Landed.IN_AIR, 3: Landed.TAKING_OFF, 4: Landed.LANDING}
+_MODE_FLAG_ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED
+_UNKNOWN_VOLTAGE: Final = 65_535  # UINT16_MAX: not measured
+
+
+def with_heartbeat(status: VehicleStatus, message: Any, now_s: float) -> VehicleStatus:
+    """HEARTBEAT: autopilot, mode, armed."""
+    autopilot = _AUTOPILOTS.get(message.autopilot, "unknown")
+    mode_name, mode = describe_mode(autopilot, message.custom_mode)
+    armed = bool(message.base_mode & _MODE_FLAG_ARMED)
+    return replace(status, autopilot=autopilot, mode=mode, mode_name=mode_name, armed=armed, heartbeat_s=now_s)
+
+
+def with_position(status: VehicleStatus, message: Any, measured_s: float) -> VehicleStatus:
+    """GLOBAL_POSITION_INT, measured at ``measured_s`` on our clock."""
+    return replace(
+        status,
+        lat_deg=message.lat / 1e7,
+        lon_deg=message.lon / 1e7,
+        alt_amsl_m=message.alt / 1e3,
+        alt_home_m=message.relative_alt / 1e3,
+        vel_ned_mps=(message.vx / 100.0, message.vy / 100.0, message.vz / 100.0),
+        position_s=measured_s,
+    )
+
+
+def _with_attitude(status: VehicleStatus, message: Any) -> VehicleStatus:
+    return replace(status, yaw_rad=message.yaw % (2.0 * math.pi))
+
+
+def _with_sys_status(status: VehicleStatus, message: Any) -> VehicleStatus:
+    fraction = None if message.battery_remaining < 0 else message.battery_remaining / 100.0
+    volts = None if message.voltage_battery == _UNKNOWN_VOLTAGE else message.voltage_battery / 1e3
+    return replace(status, battery_fraction=fraction, battery_v=volts)
+
+
+def _with_landed(status: VehicleStatus, message: Any) -> VehicleStatus:
+    return replace(status, landed=_LANDED.get(message.landed_state, Landed.UNKNOWN))
+
+
+def _with_home(status: VehicleStatus, message: Any) -> VehicleStatus:
+    return replace(status, home_lat_deg=message.latitude / 1e7, home_lon_deg=message.longitude / 1e7)
+
+
+UPDATES: Final[dict[str, Callable[[VehicleStatus, Any], VehicleStatus]]] = {
+    "ATTITUDE": _with_attitude,
+    "SYS_STATUS": _with_sys_status,
+    "EXTENDED_SYS_STATE": _with_landed,
+    "HOME_POSITION": _with_home,
+}
+"""Messages whose whole meaning is a new status."""

@@ -1,0 +1,165 @@
+"""Sockets that never block: ``udpout:HOST:PORT``, ``udpin:HOST:PORT`` and ``tcp:HOST:PORT``."""
+
+import contextlib
+import errno
+import socket
+from dataclasses import dataclass
+from typing import Protocol
+
+RECEIVE_BUFFER_BYTES = 4 << 20  # one frame a datagram from many vehicles overruns the default
+_MAX_DATAGRAM_BYTES = 65_535
+_RECONNECT_S = 1.0
+
+Peer = tuple[str, int]
+
+
+class LinkError(Exception):
+    """An address that cannot be used: what, why and how to mend it, in one line."""
+
+
+class Transport(Protocol):
+    """Bytes to and from peers; nothing here waits."""
+
+    address: str
+
+    def read(self, now_s: float) -> list[tuple[Peer, bytes]]: ...
+
+    def write(self, data: bytes, peer: Peer | None) -> None:
+        """Send to ``peer``, or to everyone known when None. A full buffer drops, as a radio would."""
+
+    def close(self) -> None: ...
+
+
+@dataclass(frozen=True)
+class Address:
+    """A parsed ``scheme:host:port``."""
+
+    scheme: str
+    host: str
+    port: int
+
+
+def parse_address(text: str) -> Address:
+    """Parse an address or raise LinkError."""
+    parts = text.split(":")
+    if len(parts) != 3 or parts[0] not in {"udpout", "udpin", "tcp"} or not parts[1]:
+        raise LinkError(f"address '{text}' is not understood; write udpout:HOST:PORT, udpin:HOST:PORT or tcp:HOST:PORT")
+    if not parts[2].isdecimal() or not 1 <= int(parts[2]) <= 65_535:
+        raise LinkError(
+            f"address '{text}' has no port between 1 and 65535; write for example {parts[0]}:{parts[1]}:14550"
+        )
+    return Address(parts[0], parts[1], int(parts[2]))
+
+
+def open_transport(text: str) -> Transport:
+    """Open the transport that an address names; LinkError when the port is taken or the host unknown."""
+    address = parse_address(text)
+    try:
+        host = socket.gethostbyname(address.host)
+    except OSError as error:
+        raise LinkError(f"address '{text}': host '{address.host}' is not known ({error.strerror or error})") from error
+    if address.scheme == "tcp":
+        return TcpTransport(text, (host, address.port))
+    return UdpTransport(text, (host, address.port), listening=address.scheme == "udpin")
+
+
+class UdpTransport:
+    """One UDP socket. Outgoing: one fixed peer. Listening: peers are whoever has spoken."""
+
+    def __init__(self, address: str, where: Peer, *, listening: bool) -> None:
+        self.address = address
+        self._peers: dict[Peer, None] = {} if listening else {where: None}
+        self._learns = listening
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
+        if listening:
+            self._bind(where)
+
+    def _bind(self, where: Peer) -> None:
+        try:
+            self._socket.bind(where)
+        except OSError as error:
+            self._socket.close()
+            hint = "stop the program that holds it or choose another port"
+            raise LinkError(f"cannot listen on '{self.address}': {error.strerror}; {hint}") from error
+
+    def read(self, now_s: float) -> list[tuple[Peer, bytes]]:  # noqa: ARG002 - the protocol passes the time
+        """Every datagram that is waiting."""
+        received: list[tuple[Peer, bytes]] = []
+        while True:
+            try:
+                data, peer = self._socket.recvfrom(_MAX_DATAGRAM_BYTES)
+            except BlockingIOError:
+                return received
+            except ConnectionRefusedError:  # an ICMP answer to an earlier datagram: nobody listens there yet
+                continue
+            if self._learns:
+                self._peers[peer] = None
+            received.append((peer, data))
+
+    def write(self, data: bytes, peer: Peer | None) -> None:
+        """Send one datagram."""
+        for target in [peer] if peer is not None else list(self._peers):
+            with contextlib.suppress(BlockingIOError, ConnectionRefusedError):
+                self._socket.sendto(data, target)
+
+    def close(self) -> None:
+        """Release the port."""
+        self._socket.close()
+
+
+class TcpTransport:
+    """A TCP client that reconnects once a second after a loss."""
+
+    def __init__(self, address: str, where: Peer) -> None:
+        self.address = address
+        self._where = where
+        self._socket: socket.socket | None = None
+        self._retry_s = float("-inf")
+
+    def read(self, now_s: float) -> list[tuple[Peer, bytes]]:
+        """What has arrived; begins a new connection when there is none."""
+        if self._socket is None:
+            self._begin(now_s)
+        received: list[tuple[Peer, bytes]] = []
+        while self._socket is not None:
+            try:
+                data = self._socket.recv(_MAX_DATAGRAM_BYTES)
+            except BlockingIOError:
+                return received
+            except OSError as error:
+                if error.errno != errno.ENOTCONN:
+                    self._drop(now_s)
+                return received
+            if not data:
+                self._drop(now_s)
+                return received
+            received.append((self._where, data))
+        return received
+
+    def write(self, data: bytes, peer: Peer | None) -> None:  # noqa: ARG002 - a stream has one peer
+        """Send; a broken or unfinished connection drops the bytes and is noticed by read."""
+        if self._socket is not None:
+            with contextlib.suppress(OSError):
+                self._socket.send(data)
+
+    def close(self) -> None:
+        """End the connection."""
+        if self._socket is not None:
+            self._socket.close()
+
+    def _begin(self, now_s: float) -> None:
+        if now_s < self._retry_s:
+            return
+        self._retry_s = now_s + _RECONNECT_S
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        self._socket.setblocking(False)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket.connect_ex(self._where)
+
+    def _drop(self, now_s: float) -> None:
+        if self._socket is not None:
+            self._socket.close()
+        self._socket = None
+        self._retry_s = now_s + _RECONNECT_S
