@@ -1,0 +1,51 @@
+# One target per habit. `make demo` and `make test` work from a fresh clone with Python 3.11 and nothing else.
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV := .venv
+BIN := $(VENV)/bin
+SPEEDUP ?= 40
+KEEP ?=
+
+.PHONY: demo test lint unit page bench train format clean help
+
+help:  ## this list
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+
+$(VENV)/.base: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@touch $@
+
+$(VENV)/.dev: pyproject.toml $(VENV)/.base
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[train,dev]'
+	@touch $@
+
+page:  ## build the operator's page (fetches Node.js from PyPI where there is none)
+	@$(PYTHON) gcs/dashboard/build.py
+
+demo: $(VENV)/.base page  ## fly the demo campaign with two mock drones; KEEP=1 leaves the server up
+	$(BIN)/python -m gcs fly missions/demo.toml --fleet mock --speedup $(SPEEDUP) --serve 127.0.0.1:8080 \
+		--report reports/demo --json reports/demo/results.json --trajectory reports/demo/trajectory.csv \
+		$(if $(KEEP),--keep)
+
+test: $(VENV)/.dev page lint unit  ## everything that needs no long training
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+unit: $(VENV)/.dev
+	@sh tests/install_system_packages.sh
+	$(BIN)/python -m pytest
+
+format: $(VENV)/.dev  ## let ruff put the sources in order
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: $(VENV)/.dev  ## measure decision times, steps per second, flights and setpoint periods; writes docs/bench.md
+	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/bench/run.py --out docs/bench.md
+
+clean:  ## remove what was built
+	rm -rf $(VENV) .build gcs/dashboard/dist gcs/dashboard/node_modules reports runs artifacts
