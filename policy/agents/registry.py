@@ -1,0 +1,62 @@
+"""Methods by name. A method's module is imported when it is asked for, so that one that needs torch does not
+burden those that do not.
+"""
+
+import difflib
+import importlib
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, cast
+
+from policy.agents.base import Agent
+
+POLICIES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "gcrl": ("policy.agents.gcrl", "GcrlAgent"),
+        "receding-horizon": ("policy.agents.receding_horizon", "RecedingHorizonAgent"),
+        "random": ("policy.agents.uniform", "UniformAgent"),
+    }
+)
+"""Name -> module and class of what can be flown."""
+
+PLANNED = ("drl-freshmcs", "muzero", "acktr", "aoi-drqn")
+"""The paper's other baselines: known names without a method behind them yet."""
+
+LEARNED = frozenset({"gcrl"})
+"""Methods that read a checkpoint."""
+
+
+class UnknownPolicyError(ValueError):
+    """A policy name or option that this version cannot serve: one line."""
+
+
+def policy_names() -> tuple[str, ...]:
+    """What can be flown."""
+    return tuple(POLICIES)
+
+
+def check_name(name: str) -> None:
+    """Raise :class:`UnknownPolicyError` unless ``name`` can be flown."""
+    if name in POLICIES:
+        return
+    known = ", ".join(POLICIES)
+    if name in PLANNED:
+        raise UnknownPolicyError(f'policy "{name}" is not in this version; choose one of: {known}')
+    near = difflib.get_close_matches(name, POLICIES, n=1)
+    hint = f'did you mean "{near[0]}"? ' if near else ""
+    raise UnknownPolicyError(f'unknown policy "{name[:60]}"; {hint}choose one of: {known}')
+
+
+def make_agent(name: str, *, checkpoint: str | None = None, **options: Any) -> Agent:
+    """A fresh agent. ``checkpoint`` only for methods that learn; ``options`` go to the method's constructor.
+
+    Raises :class:`UnknownPolicyError`; a learned method's own CheckpointError passes through.
+    """
+    check_name(name)
+    if checkpoint is not None and name not in LEARNED:
+        raise UnknownPolicyError(f'policy "{name}" does not learn and takes no checkpoint; leave the checkpoint out')
+    module_name, class_name = POLICIES[name]
+    factory = getattr(importlib.import_module(module_name), class_name)
+    if checkpoint is not None:
+        options["checkpoint"] = checkpoint
+    return cast("Agent", factory(**options))
