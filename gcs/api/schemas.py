@@ -46,7 +46,9 @@ class CampaignStatic(Message):
     user_source: Literal["trace", "walkers", "live"]
     south_west_deg: tuple[float, float]  # latitude, longitude: origin of all metres
     size_m: tuple[float, float]  # east, north
-    metres_per_deg: tuple[float, float]  # east a degree of longitude, north a degree of latitude, as the server converts
+    metres_per_deg: tuple[
+        float, float
+    ]  # east a degree of longitude, north a degree of latitude, as the server converts
     fence_m: list[tuple[float, float]]  # corners of what the UAVs may not leave
     obstacles: list[ObstacleView]
     launch_m: list[tuple[float, float]]  # one pair a UAV: east, north
