@@ -1,0 +1,114 @@
+"""What the journal's queue holds, and the rows that each becomes."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import update
+from sqlalchemy.orm import Session
+
+from gcs.ports import CampaignState, Event, SlotRecord, Verdict
+from gcs.store.jsonable import clean_text, jsonable
+from gcs.store.models import CampaignRow, CommandRow, EventRow, SlotRow, UploadRow
+
+STATES = frozenset(state.value for state in CampaignState)
+STATE_KIND = "campaign.state"  # an event of this kind carries the new state in data["state"]
+
+
+@dataclass(frozen=True)
+class SlotEntry:
+    """A slot of a campaign."""
+
+    campaign_id: str
+    record: SlotRecord
+
+
+@dataclass(frozen=True)
+class CommandEntry:
+    """An operator's order with the vehicle's verdict."""
+
+    actor: str
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class UploadEntry:
+    """A receipt of a user's successful upload."""
+
+    campaign_id: str
+    user_id: str
+    uploaded_at: datetime
+    uploaded_mb: float | None
+
+
+Entry = Event | SlotEntry | CommandEntry | UploadEntry
+
+
+def apply(session: Session, entry: Entry, now: datetime) -> None:
+    """Add the entry's rows to ``session``."""
+    match entry:
+        case Event():
+            session.add(_event_row(entry, now))
+            _apply_state(session, entry, now)
+        case SlotEntry():
+            session.merge(_slot_row(entry, now))  # a resumed campaign may tell its last slot again
+        case CommandEntry():
+            session.add(_command_row(entry, now))
+        case UploadEntry():
+            session.add(UploadRow(**asdict(entry) | {"user_id": clean_text(entry.user_id)}, recorded_at=now))
+
+
+def _event_row(event: Event, now: datetime) -> EventRow:
+    return EventRow(
+        recorded_at=now,
+        time_s=event.time_s,
+        kind=clean_text(event.kind)[:64],
+        severity=event.severity.value,
+        message=clean_text(event.message),
+        campaign_id=None if event.campaign_id is None else clean_text(event.campaign_id)[:64],
+        system_id=event.system_id,
+        actor=clean_text(event.actor),
+        data=jsonable(event.data),
+    )
+
+
+def _apply_state(session: Session, event: Event, now: datetime) -> None:
+    """The campaign's row follows the events that tell its state."""
+    state = event.data.get("state")
+    if event.kind != STATE_KIND or event.campaign_id is None or str(state) not in STATES:
+        return
+    reason = clean_text(str(event.data.get("reason", "")))
+    changed = update(CampaignRow).where(CampaignRow.id == event.campaign_id)
+    session.execute(changed.values(state=str(state), reason=reason, updated_at=now))
+
+
+def _slot_row(entry: SlotEntry, now: datetime) -> SlotRow:
+    record = entry.record
+    metrics: Mapping[str, Any] | None = None if record.metrics is None else asdict(record.metrics)
+    return SlotRow(
+        campaign_id=entry.campaign_id,
+        slot=record.slot,
+        time_s=record.time_s,
+        uavs=[jsonable(asdict(uav)) for uav in record.uavs],
+        users=[jsonable(asdict(user)) for user in record.users],
+        metrics=jsonable(metrics),
+        decision_ms=record.decision_ms,
+        recorded_at=now,
+    )
+
+
+def _command_row(entry: CommandEntry, now: datetime) -> CommandRow:
+    verdict, command = entry.verdict, entry.verdict.command
+    return CommandRow(
+        recorded_at=now,
+        actor=clean_text(entry.actor),
+        system_id=command.system_id,
+        command=command.kind.value,
+        altitude_m=command.altitude_m,
+        force=command.force,
+        result=verdict.result.value,
+        reason=clean_text(verdict.reason),
+        attempts=verdict.attempts,
+        duration_s=verdict.duration_s,
+    )

@@ -1,0 +1,210 @@
+"""The journal: a bounded queue in front of a thread that writes to the store.
+
+``record`` never waits: the flight loop calls it ten times a second. A slow or broken store makes the queue grow; when
+it is full, records are lost, and that is counted, told in the event tail at once and in the store when it is back.
+"""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from sqlalchemy import Engine
+from sqlalchemy.exc import (
+    DataError,
+    DBAPIError,
+    IntegrityError,
+    ProgrammingError,
+    SQLAlchemyError,
+    StatementError,
+)
+from sqlalchemy.orm import Session
+
+from gcs.ports import Event, Severity, SlotRecord
+from gcs.store.entries import Entry, SlotEntry, apply
+from gcs.store.event_tail import EventTail
+
+CAPACITY = 20_000  # records; a campaign of 100 UAVs writes some 100 a second, so minutes of a stalled store
+BATCH = 500  # records a transaction
+RETRY_S = 0.2  # first pause after a failure; doubles
+RETRY_MAX_S = 5.0
+STALLED_S = 5.0  # a write that takes longer is a failing store
+
+
+@dataclass(frozen=True)
+class JournalHealth:
+    """How the store is doing. ``error`` is empty while it writes."""
+
+    queued: int
+    written: int
+    lost: int
+    failures: int
+    error: str
+
+    @property
+    def ok(self) -> bool:
+        """Everything recorded is being written."""
+        return not self.error
+
+
+class StoreJournal:
+    """ports.Journal over a database."""
+
+    def __init__(
+        self,
+        engine: Engine,
+        tail: EventTail,
+        *,
+        capacity: int = CAPACITY,
+        wall: Callable[[], datetime] = lambda: datetime.now(UTC),
+    ) -> None:
+        self._engine, self._tail, self._capacity, self._wall = engine, tail, capacity, wall
+        self._changed = threading.Condition()
+        self._queue: deque[Entry] = deque()
+        self._taken = 0  # entries in the batch being written
+        self._written = self._lost = self._lost_untold = self._failures = 0
+        self._error = ""
+        self._busy_since_s: float | None = None  # monotonic; None while idle
+        self._time_s = 0.0  # flight clock of the newest event
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="journal", daemon=True)
+        self._thread.start()
+
+    # --- for any thread, never waits on the store
+
+    def record(self, event: Event) -> None:
+        """Keep an event: in the tail at once, in the store soon."""
+        self._tail.append(event)
+        self._time_s = event.time_s
+        self.put(event)
+
+    def record_slot(self, campaign_id: str, record: SlotRecord) -> None:
+        """Keep a slot of a campaign."""
+        self.put(SlotEntry(campaign_id, record))
+
+    def put(self, entry: Entry) -> None:
+        """Queue any entry, or count it as lost."""
+        with self._changed:
+            full = len(self._queue) + self._taken >= self._capacity
+            first_lost = full and self._lost_untold == 0
+            if full:
+                self._lost += 1
+                self._lost_untold += 1
+            else:
+                self._queue.append(entry)
+                self._changed.notify_all()
+        if first_lost:
+            self._tell("store.overflow", "the store is too slow: records are being lost", Severity.WARNING)
+
+    def health(self) -> JournalHealth:
+        """Counters, and what is wrong now."""
+        with self._changed:
+            error = self._error or ("" if self._thread.is_alive() else "the journal's thread has ended")
+            if not error and self._busy_since_s is not None and time.monotonic() - self._busy_since_s > STALLED_S:
+                error = f"a write has taken more than {STALLED_S:g} s"
+            if not error and self._lost_untold:
+                error = f"queue of {self._capacity} records is full"
+            queued = len(self._queue) + self._taken
+            return JournalHealth(queued, self._written, self._lost, self._failures, error)
+
+    def flush(self, timeout_s: float) -> bool:
+        """Wait until everything recorded so far is written (or lost); False when that takes longer."""
+        with self._changed:
+            return self._changed.wait_for(lambda: not self._queue and not self._taken, timeout_s)
+
+    def close(self, timeout_s: float = 10.0) -> bool:
+        """Write what is queued and stop; False when ``timeout_s`` was not enough."""
+        done = self.flush(timeout_s)
+        self._closing.set()
+        with self._changed:
+            self._changed.notify_all()
+        self._thread.join(timeout_s)
+        return done
+
+    # --- the thread
+
+    def _run(self) -> None:
+        while not self._closing.is_set():
+            batch = self._take()
+            if batch:
+                self._write(batch)
+
+    def _take(self) -> list[Entry]:
+        with self._changed:
+            self._changed.wait_for(lambda: self._queue or self._closing.is_set())
+            batch = [self._queue.popleft() for _ in range(min(BATCH, len(self._queue)))]
+            self._taken = len(batch)
+            self._busy_since_s = time.monotonic()
+            return batch
+
+    def _write(self, batch: list[Entry]) -> None:
+        """Until it is written: a failing store is tried again, an entry that no store takes is dropped alone."""
+        pause_s = RETRY_S
+        while not self._closing.is_set():
+            try:
+                self._commit(batch)
+            except (SQLAlchemyError, TypeError, ValueError, OverflowError) as error:
+                if _is_defect(error):
+                    self._write_singly(batch, error)
+                    return
+                self._note_failure(error)
+                self._closing.wait(pause_s)
+                pause_s = min(2.0 * pause_s, RETRY_MAX_S)
+            else:
+                self._note_written(len(batch), lost=0)
+                return
+        self._note_written(0, lost=len(batch))
+
+    def _write_singly(self, batch: list[Entry], error: Exception) -> None:
+        if len(batch) > 1:
+            for entry in batch:
+                self._write([entry])
+            return
+        self._tell("store.refused", f"a record was refused by the store: {_first_line(error)}", Severity.WARNING)
+        self._note_written(0, lost=1)
+
+    def _commit(self, batch: list[Entry]) -> None:
+        now = self._wall()
+        with Session(self._engine) as session, session.begin():
+            for entry in batch:
+                apply(session, entry, now)
+
+    def _note_failure(self, error: Exception) -> None:
+        with self._changed:
+            first, self._error = not self._error, _first_line(error)
+            self._failures += 1
+        if first:
+            self._tell("store.failing", f"the store does not take records: {_first_line(error)}", Severity.WARNING)
+
+    def _note_written(self, count: int, *, lost: int) -> None:
+        with self._changed:
+            self._written += count
+            self._lost += lost
+            self._taken -= count + lost
+            self._busy_since_s = time.monotonic() if self._taken else None
+            recovered = count > 0 and bool(self._error or self._lost_untold)
+            lost_untold, self._lost_untold = self._lost_untold, 0 if recovered else self._lost_untold
+            self._error = "" if count else self._error
+            self._changed.notify_all()
+        if recovered:
+            self.record(self._own_event("store.recovered", f"the store is back; {lost_untold} records were lost"))
+
+    def _tell(self, kind: str, message: str, severity: Severity) -> None:
+        """To who follows the tail; the store itself cannot be told now."""
+        self._tail.append(self._own_event(kind, message, severity))
+
+    def _own_event(self, kind: str, message: str, severity: Severity = Severity.CAUTION) -> Event:
+        return Event(self._time_s, kind, message, severity)
+
+
+def _is_defect(error: Exception) -> bool:
+    """The record is wrong, not the store: trying again would not help."""
+    if isinstance(error, IntegrityError | DataError | ProgrammingError) or not isinstance(error, SQLAlchemyError):
+        return True
+    return isinstance(error, StatementError) and not isinstance(error, DBAPIError)
+
+
+def _first_line(error: Exception) -> str:
+    return (str(error) or type(error).__name__).splitlines()[0]

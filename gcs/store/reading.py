@@ -1,0 +1,105 @@
+"""Reading what the journal wrote: events, slots, orders and receipts."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import Engine, func, select
+from sqlalchemy.orm import Session
+
+from gcs.ports import Severity, SlotRecord
+from gcs.store.models import CommandRow, EventRow, SlotRow, UploadRow
+from gcs.store.records import EventRecord, event_record, slot_record
+
+RANK = {Severity.INFO: 0, Severity.CAUTION: 1, Severity.WARNING: 2}
+
+
+@dataclass(frozen=True)
+class EventFilter:
+    """None means any; ``min_severity`` and all above it, ``since`` and later, ids above ``after_id``."""
+
+    campaign_id: str | None = None
+    min_severity: Severity | None = None
+    kind: str | None = None
+    since: datetime | None = None
+    after_id: int | None = None
+
+
+@dataclass(frozen=True)
+class Events:
+    """The audit log."""
+
+    engine: Engine
+
+    def find(self, wanted: EventFilter, limit: int = 1_000, offset: int = 0) -> Sequence[EventRecord]:
+        """In the order in which they were recorded."""
+        query = select(EventRow).where(*_conditions(wanted)).order_by(EventRow.id).limit(limit).offset(offset)
+        with Session(self.engine) as session:
+            return [event_record(row) for row in session.scalars(query)]
+
+    def count(self, wanted: EventFilter) -> int:
+        """How many match."""
+        with Session(self.engine) as session:
+            return session.scalar(select(func.count(EventRow.id)).where(*_conditions(wanted))) or 0
+
+
+def _conditions(wanted: EventFilter) -> list[Any]:
+    conditions: list[Any] = []
+    if wanted.campaign_id is not None:
+        conditions.append(EventRow.campaign_id == wanted.campaign_id)
+    if wanted.min_severity is not None:
+        least = RANK[wanted.min_severity]
+        conditions.append(EventRow.severity.in_([s.value for s, rank in RANK.items() if rank >= least]))
+    if wanted.kind is not None:
+        conditions.append(EventRow.kind == wanted.kind)
+    if wanted.since is not None:
+        conditions.append(EventRow.recorded_at >= wanted.since)
+    if wanted.after_id is not None:
+        conditions.append(EventRow.id > wanted.after_id)
+    return conditions
+
+
+@dataclass(frozen=True)
+class Slots:
+    """The slots of campaigns."""
+
+    engine: Engine
+
+    def of(self, campaign_id: str) -> Sequence[SlotRecord]:
+        """All slots of a campaign, in order."""
+        query = select(SlotRow).where(SlotRow.campaign_id == campaign_id).order_by(SlotRow.slot)
+        with Session(self.engine) as session:
+            return [slot_record(row) for row in session.scalars(query)]
+
+    def latest(self, campaign_id: str) -> SlotRecord | None:
+        """The newest slot of a campaign, or None before its start."""
+        query = select(SlotRow).where(SlotRow.campaign_id == campaign_id).order_by(SlotRow.slot.desc()).limit(1)
+        with Session(self.engine) as session:
+            row = session.scalars(query).first()
+            return None if row is None else slot_record(row)
+
+
+@dataclass(frozen=True)
+class Orders:
+    """What operators ordered, and what the vehicles said."""
+
+    engine: Engine
+
+    def newest(self, limit: int = 100) -> Sequence[CommandRow]:
+        """Newest first; rows are detached and complete."""
+        with Session(self.engine, expire_on_commit=False) as session:
+            return list(session.scalars(select(CommandRow).order_by(CommandRow.id.desc()).limit(limit)))
+
+
+@dataclass(frozen=True)
+class Uploads:
+    """Receipts of live users."""
+
+    engine: Engine
+
+    def of(self, campaign_id: str) -> Sequence[UploadRow]:
+        """In the order of upload; rows are detached and complete."""
+        query = select(UploadRow).where(UploadRow.campaign_id == campaign_id).order_by(UploadRow.uploaded_at)
+        with Session(self.engine, expire_on_commit=False) as session:
+            return list(session.scalars(query))

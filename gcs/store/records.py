@@ -1,0 +1,81 @@
+"""What the store answers with: frozen values, no rows that need a session."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from datetime import datetime
+from typing import Any
+
+from gcs.ports import CampaignState, SlotRecord, UavSlot, UserSlot
+from gcs.store.models import CampaignRow, EventRow, SlotRow
+from policy.world.metrics import Metrics
+
+TERMINAL = frozenset({CampaignState.DONE, CampaignState.ABORTED, CampaignState.FAILED})
+
+
+@dataclass(frozen=True)
+class CampaignRecord:
+    """A campaign as recorded."""
+
+    id: str
+    name: str
+    policy: str
+    user_source: str
+    state: CampaignState
+    reason: str
+    document: Mapping[str, Any]
+    directory: str | None
+    slots: int
+    slot_s: float
+    created_by: str
+    created_at: datetime
+    updated_at: datetime
+
+    @property
+    def over(self) -> bool:
+        """Nothing more will happen to it."""
+        return self.state in TERMINAL
+
+
+@dataclass(frozen=True)
+class EventRecord:
+    """An event as recorded."""
+
+    id: int
+    recorded_at: datetime
+    time_s: float
+    kind: str
+    severity: str
+    message: str
+    campaign_id: str | None
+    system_id: int | None
+    actor: str
+    data: Mapping[str, Any]
+
+
+def campaign_record(row: CampaignRow) -> CampaignRecord:
+    """Row to value."""
+    values = {field.name: getattr(row, field.name) for field in fields(CampaignRecord)}
+    return CampaignRecord(**values | {"state": CampaignState(row.state)})
+
+
+def event_record(row: EventRow) -> EventRecord:
+    """Row to value."""
+    return EventRecord(**{field.name: getattr(row, field.name) for field in fields(EventRecord)})
+
+
+def slot_record(row: SlotRow) -> SlotRecord:
+    """Row to the value that was recorded."""
+    return SlotRecord(
+        slot=row.slot,
+        time_s=row.time_s,
+        uavs=tuple(UavSlot(**_with_nan(uav)) for uav in row.uavs),
+        users=tuple(UserSlot(**_with_nan(user)) for user in row.users),
+        metrics=None if row.metrics is None else Metrics(**_with_nan(row.metrics)),
+        decision_ms=row.decision_ms,
+    )
+
+
+def _with_nan(values: Mapping[str, Any]) -> dict[str, Any]:
+    """JSON has no NaN, so a number that was none is stored as null."""
+    return {key: math.nan if value is None else value for key, value in values.items()}

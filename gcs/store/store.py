@@ -1,0 +1,64 @@
+"""The store as one thing: opened, migrated, written through the journal, read through its tables."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from sqlalchemy import Engine
+
+from gcs.store.campaigns import Campaigns
+from gcs.store.engine import open_engine
+from gcs.store.event_tail import EventTail
+from gcs.store.journal import StoreJournal
+from gcs.store.keys import Keys
+from gcs.store.migrate import upgrade
+from gcs.store.reading import Events, Orders, Slots, Uploads
+
+
+@dataclass(frozen=True)
+class Store:
+    """Everything that outlives the process, and the tail of events that does not."""
+
+    engine: Engine
+    tail: EventTail
+    journal: StoreJournal
+    campaigns: Campaigns
+    events: Events
+    slots: Slots
+    orders: Orders
+    uploads: Uploads
+    keys: Keys
+
+    def close(self) -> bool:
+        """Write what is queued, stop the journal; False when records had to be left behind."""
+        written = self.journal.close()
+        self.engine.dispose()
+        return written
+
+
+def open_store(url: str) -> Store:
+    """Open and migrate; raises StoreError with one line."""
+    engine = open_engine(url)
+    upgrade(engine)
+    tail = EventTail()
+    return Store(
+        engine=engine,
+        tail=tail,
+        journal=StoreJournal(engine, tail),
+        campaigns=Campaigns(engine),
+        events=Events(engine),
+        slots=Slots(engine),
+        orders=Orders(engine),
+        uploads=Uploads(engine),
+        keys=Keys(engine),
+    )
+
+
+@contextmanager
+def using_store(url: str) -> Iterator[Store]:
+    """A store that is closed in the end."""
+    store = open_store(url)
+    try:
+        yield store
+    finally:
+        store.close()
