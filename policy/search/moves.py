@@ -1,0 +1,92 @@
+"""Every move from every velocity, tabulated by the world's own motion, energy and airspace rules.
+
+A slot is long enough to reach a commanded velocity (`reachable` says where it is not), so the velocity at a slot's
+end is one of the A commanded ones and a state of the search is a place and the index of the last command.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from policy.search.settings import SearchSettings, search_actions
+from policy.world.actions import ActionSet
+from policy.world.airspace import EDGE_TOLERANCE_M
+from policy.world.arrays import BoolArray, FloatArray
+from policy.world.energy import used_energy_j
+from policy.world.motion import SAMPLES_PER_SLOT, change_time_s, slot_path_m, slot_times_s, stopping_point_m
+from policy.world.scenario import Scenario
+
+BRAKING_SAMPLES = 1 + SAMPLES_PER_SLOT // 6  # as policy.world.airspace samples the way to rest
+
+
+class Walls(NamedTuple):
+    """Where a UAV may not be, for the compiled kernel. O obstacles of at most C corners, N in all."""
+
+    low_m: FloatArray  # [2] south-west corner of the area
+    high_m: FloatArray  # [2] north-east corner
+    margin_m: float  # kept from obstacles
+    box_m: FloatArray  # [O, 4] east, north least and greatest, margin included
+    first: np.ndarray[tuple[int, ...], np.dtype[np.int64]]  # [O + 1] where each obstacle's corners begin
+    corner_m: FloatArray  # [N, 2]
+
+
+class MoveTable(NamedTuple):
+    """From the velocity of action i by action j: index [i, j]. P points of the way and of braking after it."""
+
+    step_m: FloatArray  # [A, A, 2] displacement over the slot
+    energy_j: FloatArray  # [A, A]
+    reachable: BoolArray  # [A, A] the new velocity is reached within the slot
+    box_m: FloatArray  # [A, A, 4] least and greatest east, north of the points
+    points_m: FloatArray  # [A, A, P, 2] relative to the start
+    remembers: bool  # the way depends on the velocity before (finite acceleration)
+
+
+@dataclass(frozen=True)
+class Moves:
+    """What does not change in a campaign."""
+
+    actions: ActionSet
+    table: MoveTable
+    walls: Walls
+
+
+def make_moves(scenario: Scenario, settings: SearchSettings) -> Moves:
+    """Tabulate the moves of one campaign."""
+    actions = search_actions(scenario, settings)
+    vel = actions.vel_enu_mps
+    step_m, energy_j, points_m = tabulate(scenario, vel[:, None, :], vel[None, :, :])
+    reachable = change_time_s(vel[:, None, :], vel[None, :, :], scenario.max_accel_mps2) <= scenario.slot_s
+    reachable[:, 0] = True  # braking always is, by the choice of the fastest move
+    box_m = np.concatenate((points_m.min(axis=-2), points_m.max(axis=-2)), axis=-1)
+    table = MoveTable(step_m, energy_j, reachable, box_m, points_m, math.isfinite(scenario.max_accel_mps2))
+    return Moves(actions, table, make_walls(scenario))
+
+
+def tabulate(scenario: Scenario, vel_from_mps: FloatArray, vel_to_mps: FloatArray) -> tuple[FloatArray, ...]:
+    """Displacements [..., 2], energies [...] and points [..., P, 2] of moves that begin at the origin."""
+    start, goal = (np.ascontiguousarray(v) for v in np.broadcast_arrays(vel_from_mps, vel_to_mps))
+    accel = scenario.max_accel_mps2
+    path_m, speeds_mps = slot_path_m(np.zeros_like(goal), start, goal, accel, scenario.slot_s)
+    end_m = path_m[..., -1, :]
+    to_rest_m = stopping_point_m(end_m, goal, accel) - end_m
+    shares = slot_times_s(end_m, 1.0, BRAKING_SAMPLES)
+    braking_m = end_m[..., None, :] + shares[:, None] * to_rest_m[..., None, :]
+    points_m = np.concatenate((path_m, braking_m), axis=-2)
+    return np.ascontiguousarray(end_m), used_energy_j(speeds_mps, scenario.slot_s), points_m
+
+
+def make_walls(scenario: Scenario) -> Walls:
+    """The area and the obstacles that reach up to the UAVs."""
+    polygons = [np.asarray(o.polygon_m, dtype=np.float64) for o in scenario.blocking_obstacles]
+    margin_m = scenario.obstacle_margin_m
+    boxes = [np.concatenate((p.min(axis=0) - margin_m, p.max(axis=0) + margin_m)) for p in polygons]
+    return Walls(
+        low_m=np.full(2, -EDGE_TOLERANCE_M),
+        high_m=np.asarray(scenario.area.size_m, dtype=np.float64) + EDGE_TOLERANCE_M,
+        margin_m=margin_m,
+        box_m=np.asarray(boxes, dtype=np.float64).reshape(-1, 4),
+        first=np.cumsum([0, *(len(p) for p in polygons)], dtype=np.int64),
+        corner_m=np.concatenate([np.zeros((0, 2)), *polygons]),
+    )

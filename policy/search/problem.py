@@ -1,0 +1,152 @@
+"""One slot's question to the search: where everybody is, what may be done first, what it costs."""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from policy.search.moves import Moves, tabulate
+from policy.search.settings import SearchSettings
+from policy.world.airspace import hits_obstacle, inside_area, legal_moves
+from policy.world.arrays import BoolArray, FloatArray, IntArray
+from policy.world.motion import slot_path_m
+from policy.world.scenario import Scenario
+from policy.world.state import WorldState
+
+Float32Array = npt.NDArray[np.float32]
+
+
+class Users(NamedTuple):
+    """The N users who take part, as the kernel reads them."""
+
+    east_m: Float32Array  # [H, N] predicted at the end of each slot
+    north_m: Float32Array  # [H, N]
+    aoi_slots: Float32Array  # [N] now
+    weight: Float32Array  # [N] sums to 1
+    radius_m: float  # served within
+
+
+class Prices(NamedTuple):
+    """The objective in slots of weighted mean AoI."""
+
+    cover: float  # gained for serving all users for one slot
+    energy: float  # per joule
+    leaf: float  # per slot of AoI and metre beyond the serving radius: what a path leaves to be done
+    end: float  # the same at the horizon's end: 0 where the campaign ends with it
+    discount: float  # a slot
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A slot's question. H slots of horizon, A moves, U UAVs, N users who take part."""
+
+    scenario: Scenario
+    moves: Moves
+    state: WorldState
+    settings: SearchSettings
+    horizon_slots: int  # H, shorter near the campaign's end
+    user_pos_enu_m: FloatArray  # [H, M, 2] predicted at the end of each slot
+    users: Users
+    prices: Prices
+    first_step_m: FloatArray  # [U, A, 2] from the present velocity
+    first_energy_j: FloatArray  # [U, A]
+    first_allowed: BoolArray  # [U, A], at least one each
+
+    @property
+    def planned(self) -> IntArray:
+        """UAVs that fly."""
+        return np.flatnonzero(self.state.uav_active)
+
+
+def make_problem(
+    scenario: Scenario,
+    moves: Moves,
+    state: WorldState,
+    settings: SearchSettings,
+    user_pos_enu_m: FloatArray | None = None,
+) -> Problem:
+    """State without batch dimension; ``user_pos_enu_m`` [>= H, M, 2] predicted, None when they stay."""
+    left = scenario.slots - state.slot
+    horizon = min(settings.horizon_slots, left) if left > 0 else settings.horizon_slots
+    if user_pos_enu_m is None:
+        user_pos_enu_m = np.broadcast_to(state.user_pos_enu_m, (horizon, *state.user_pos_enu_m.shape))
+    if user_pos_enu_m.shape[0] < horizon or user_pos_enu_m.shape[1:] != state.user_pos_enu_m.shape:
+        raise ValueError(f"predicted places are {user_pos_enu_m.shape}, need [>= {horizon}, M, 2] for the state's M")
+    vel = moves.actions.vel_enu_mps
+    step_m, energy_j, _ = tabulate(scenario, state.uav_vel_enu_mps[:, None, :], vel[None])
+    return Problem(
+        scenario=scenario,
+        moves=moves,
+        state=state,
+        settings=settings,
+        horizon_slots=horizon,
+        user_pos_enu_m=user_pos_enu_m[:horizon],
+        users=_users(scenario, state, user_pos_enu_m[:horizon]),
+        prices=_prices(scenario, settings, is_last=0 < left <= settings.horizon_slots),
+        first_step_m=step_m,
+        first_energy_j=energy_j,
+        first_allowed=first_moves(scenario, state, vel),
+    )
+
+
+def first_moves(scenario: Scenario, state: WorldState, vel_command_mps: FloatArray) -> BoolArray:
+    """Commands [A, 2] that each UAV may fly now, bool [U, A]: the world's legal ones, or else the way back.
+
+    Wind or a late setpoint can leave a UAV outside or beside an obstacle, where no move is legal from its
+    beginning on. Then those that end clear are allowed; failing these the one that ends nearest to the middle.
+    """
+    pos_m, vel_mps = state.uav_pos_enu_m[:, None, :], state.uav_vel_enu_mps[:, None, :]
+    allowed: BoolArray = np.array(legal_moves(pos_m, vel_mps, vel_command_mps[None], scenario))
+    for uav in np.flatnonzero(~allowed.any(axis=1)):
+        allowed[uav] = _way_back(scenario, pos_m[uav], vel_mps[uav], vel_command_mps)
+    return allowed
+
+
+def _way_back(scenario: Scenario, pos_m: FloatArray, vel_mps: FloatArray, vel_command_mps: FloatArray) -> BoolArray:
+    start, vel, goal = np.broadcast_arrays(pos_m, vel_mps, vel_command_mps)
+    path_m, _ = slot_path_m(start, vel, goal, scenario.max_accel_mps2, scenario.slot_s)
+    end_m = path_m[:, -1]
+    clear: BoolArray = inside_area(end_m, scenario) & ~hits_obstacle(end_m, scenario, scenario.obstacle_margin_m)
+    if clear.any():
+        return clear
+    nearest = np.argmin(np.sum((end_m - 0.5 * np.asarray(scenario.area.size_m)) ** 2, axis=-1))
+    return np.asarray(np.arange(end_m.shape[0]) == nearest)
+
+
+def _users(scenario: Scenario, state: WorldState, user_pos_enu_m: FloatArray) -> Users:
+    who = np.flatnonzero(state.user_active)
+    goal = scenario.objective
+    weight = goal.c_aoi + goal.c_collect * scenario.collect_mbps[who] * scenario.slot_s
+    total = float(np.sum(weight))
+    return Users(
+        east_m=_single(user_pos_enu_m[:, who, 0]),
+        north_m=_single(user_pos_enu_m[:, who, 1]),
+        aoi_slots=_single(state.user_aoi_slots[who]),
+        weight=_single(weight / total if total > 0.0 else weight),
+        radius_m=scenario.serving_radius_m,
+    )
+
+
+def _prices(scenario: Scenario, settings: SearchSettings, is_last: bool) -> Prices:
+    """Rewards of Eq. 8 in slots of mean AoI.
+
+    The freshness part of Eq. 8 telescopes: sum gamma^t c (kappa_t - kappa_t+1) is a constant less
+    (1 - gamma) c sum gamma^t kappa_t+1. One served user's bonus c_cover is thus worth
+    c_cover / ((1 - gamma) c) slots of AoI, with c the weight of one slot's age and of the data that it brings.
+    """
+    goal = scenario.objective
+    slot_mb = float(np.mean(scenario.collect_mbps)) * scenario.slot_s if scenario.num_users else 0.0
+    slot_price = (1.0 - goal.gamma) * (goal.c_aoi + goal.c_collect * slot_mb) or 1.0
+    reach_m = scenario.max_speed_mps * scenario.slot_s
+    return Prices(
+        cover=goal.c_cover / slot_price,
+        energy=goal.c_energy / scenario.battery_j / slot_price,
+        leaf=settings.leaf_weight / reach_m,
+        end=0.0 if is_last else settings.leaf_weight / reach_m,
+        discount=settings.discount,
+    )
+
+
+def _single(values: Any) -> Float32Array:
+    return np.ascontiguousarray(values, dtype=np.float32)
