@@ -102,3 +102,10 @@ def test_says_where_it_looked_for_the_real_sets(
     assert capsys.readouterr().err.splitlines() == [
         "trace 'purdue_59.csv' not found in /absent: put it there, or set UCS_DATA_DIR"
     ]
+
+
+@pytest.mark.parametrize("arguments", [["--seeds", "0"], ["--seeds", "many"], ["--unknown"]])
+def test_a_usage_error_is_one_line(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(arguments)
+    assert len(capsys.readouterr().err.splitlines()) == 1
