@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 from statistics import fmean
+from typing import NoReturn
 
 from policy.mobility.presets import REAL_SETS, WALKER_PRESETS, RealSet
 from policy.mobility.reader import find_trace, read_traces
@@ -16,9 +17,16 @@ NUM_SAMPLES = 121
 SLOT_S = 15.0
 
 
+class _OneLineParser(argparse.ArgumentParser):
+    """A usage error is one line, as for every command of the project."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}: see --help\n")
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print a Markdown table for each real set at hand; 2 where none is."""
-    parser = argparse.ArgumentParser(prog="python -m policy.mobility", description=__doc__)
+    parser = _OneLineParser(prog="python -m policy.mobility", description=__doc__)
     parser.add_argument("--seeds", type=int, default=20, help="synthetic crowds that are averaged (default 20)")
     seeds = parser.parse_args(arguments).seeds
     if seeds < 1:
@@ -50,9 +58,7 @@ def synthetic_statistics(real: RealSet, num_users: int, seeds: int) -> list[Mobi
     """One crowd a seed, as many users on as large an area as in ``real``."""
     params = WALKER_PRESETS[real.preset]
     return [
-        mobility_statistics(
-            generate_walkers(num_users, NUM_SAMPLES, SLOT_S, real.area_size_m, seed, params=params)
-        )
+        mobility_statistics(generate_walkers(num_users, NUM_SAMPLES, SLOT_S, real.area_size_m, seed, params=params))
         for seed in range(seeds)
     ]
 

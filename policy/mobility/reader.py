@@ -1,8 +1,8 @@
 """User traces from files: found, read, cleaned and brought onto the slot grid.
 
-What is mended, and noted in ``UserTraces.notes``: rows without a number, rows in any order, rows given twice,
-fixes more than 100 m outside the area (the paper's tolerance for GPS offsets, Section VI-A), gaps of up to
-``MAX_GAP_S`` (linear in between, held at the ends). What is refused, as :class:`TraceError`: everything else.
+What is mended (rows left out are counted in ``UserTraces.notes``): rows without a number, rows in any order, rows
+given twice, fixes more than 100 m outside the area (the paper's tolerance for GPS offsets, Section VI-A), gaps of
+up to ``MAX_GAP_S`` (linear in between, held at the ends). What is refused, as :class:`TraceError`: everything else.
 Fixes up to 100 m outside the area are kept as they are: users may step over the edge, UAVs may not.
 """
 
