@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import atan, atan2, cos, hypot, radians, sin
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from policy.world.energy import propulsion_power_w
 from sitl_mock.physics import kernel
 from sitl_mock.physics.vehicle import GRAVITY_MPS2, VehicleType, parameter_rows
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 Array = NDArray[np.float64]
 
@@ -79,7 +82,14 @@ class Fleet:
     def advance(self, ticks: int) -> None:
         """Moves all vehicles on by `ticks` steps of TICK_S under the present commands."""
         kernel.advance(
-            self._state, self.command, self._kinds, self.wind_ne_mps, _POWER_TABLE_W, _POWER_STEP_MPS, TICK_S, ticks
+            self._state,
+            self.command,
+            self._kinds,
+            self.wind_ne_mps,
+            _POWER_TABLE_W,
+            _POWER_STEP_MPS,
+            TICK_S,
+            ticks,
         )
 
     def place(self, pos_ned_m: Array, vel_ned_mps: Array) -> None:

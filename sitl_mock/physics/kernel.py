@@ -32,14 +32,14 @@ MAX_LAG_M = 8.0  # the lag that the position loop may build up while thrust is s
 TWO_PI = 2.0 * np.pi
 
 
-@njit(cache=True, inline="always")  # type: ignore[untyped-decorator]
+@njit(cache=True, inline="always")
 def _root_gain(error: float, gain: float, limit: float) -> float:
     """Size of the correction: proportional near the goal, square root farther off (AC_Math sqrt_controller)."""
     linear = limit / (gain * gain)
     return error * gain if error <= linear else sqrt(2.0 * limit * (error - 0.5 * linear))
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _shape_horizontal(row: Array, vn: float, ve: float, accel: float, jerk: float, dt: float) -> None:
     """Moves the desired velocity straight towards (vn, ve), as the logged turns do."""
     wn, we = row[VEL_WISH], row[VEL_WISH + 1]
@@ -59,7 +59,7 @@ def _shape_horizontal(row: Array, vn: float, ve: float, accel: float, jerk: floa
     row[VEL_WISH + 1] += row[ACCEL_WISH + 1] * dt
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _shape_vertical(row: Array, vd: float, accel: float, jerk: float, dt: float) -> None:
     """The same along the vertical axis."""
     error = vd - row[VEL_WISH + 2]
@@ -69,7 +69,7 @@ def _shape_vertical(row: Array, vd: float, accel: float, jerk: float, dt: float)
     row[VEL_WISH + 2] += row[ACCEL_WISH + 2] * dt
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _lean(row: Array, kind: Array, dt: float) -> None:
     """Asks for a lean that closes the velocity error, and lets the attitude follow it."""
     gain, integral = kind[GAIN_P], kind[GAIN_I]
@@ -101,7 +101,7 @@ def _lean(row: Array, kind: Array, dt: float) -> None:
     row[LEAN + 1] += row[LEAN_RATE + 1] * dt
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _fly(row: Array, cmd: Array, kind: Array, wind: Array, dt: float) -> None:
     """One tick with motors running."""
     vn, ve = cmd[CMD_VEL], cmd[CMD_VEL + 1]
@@ -124,7 +124,7 @@ def _fly(row: Array, cmd: Array, kind: Array, wind: Array, dt: float) -> None:
     row[VEL + 2] += row[LIFT] * dt
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _rest(row: Array) -> None:
     """Stands on the ground: nothing moves and no controller remembers a past."""
     row[POS + 2] = min(row[POS + 2], 0.0) if row[POS + 2] < -1e-9 else 0.0
@@ -133,7 +133,7 @@ def _rest(row: Array) -> None:
     row[LIFT] = 0.0
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _fall(row: Array, kind: Array, wind: Array, dt: float) -> None:
     """One tick with motors off: on the ground it rests, in the air it falls."""
     if row[POS + 2] >= 0.0:
@@ -145,7 +145,7 @@ def _fall(row: Array, kind: Array, wind: Array, dt: float) -> None:
     row[VEL + 2] += GRAVITY_MPS2 * dt
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _turn(row: Array, yaw_rad: float, rate_radps: float, dt: float) -> None:
     """Turns the nose towards `yaw_rad` the short way."""
     if np.isnan(yaw_rad):
@@ -154,7 +154,7 @@ def _turn(row: Array, yaw_rad: float, rate_radps: float, dt: float) -> None:
     row[YAW] = (row[YAW] + min(max(error, -rate_radps * dt), rate_radps * dt)) % TWO_PI
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _power_w(row: Array, wind: Array, table_w: Array, table_step_mps: float) -> float:
     """Propulsion power at the present airspeed, from the world's energy model tabulated finely."""
     an, ae = row[VEL] - wind[0], row[VEL + 1] - wind[1]
@@ -163,9 +163,16 @@ def _power_w(row: Array, wind: Array, table_w: Array, table_step_mps: float) -> 
     return float(table_w[low] + (place - low) * (table_w[low + 1] - table_w[low]))
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def advance(
-    state: Array, command: Array, kinds: Array, wind: Array, table_w: Array, table_step_mps: float, dt: float, ticks: int
+    state: Array,
+    command: Array,
+    kinds: Array,
+    wind: Array,
+    table_w: Array,
+    table_step_mps: float,
+    dt: float,
+    ticks: int,
 ) -> None:
     """Moves every vehicle on by `ticks` steps of `dt` seconds under constant commands.
 

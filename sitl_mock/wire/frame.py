@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sitl_mock.wire.checksum import x25
 from sitl_mock.wire.definition import BY_NAME, Definition, Field
 
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
 MAGIC_V1 = 0xFE
 MAGIC_V2 = 0xFD
 BROADCAST = 0
-_HEADER = struct.Struct("<BBBBBBBHB")  # magic, length, incompat, compat, seq, system, component, id low 16, id high 8
+_HEADER = struct.Struct(
+    "<BBBBBBBHB"
+)  # magic, length, incompat, compat, seq, system, component, id low 16, id high 8
 
 
 @dataclass(frozen=True, slots=True)
