@@ -1,0 +1,337 @@
+"""COMMAND_LONG and COMMAND_INT: one handler a command, each with an honest verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isfinite, radians
+from typing import TYPE_CHECKING
+
+from sitl_mock.autopilot import missions, setpoints, streams
+from sitl_mock.autopilot.constants import FORCE_MAGIC, Command, Frame, Result, Severity
+from sitl_mock.autopilot.modes import Behaviour, Mode
+from sitl_mock.autopilot.state import PositionTarget, TakeoffTarget, Vehicle
+from sitl_mock.autopilot.telemetry import BUILDERS, available
+from sitl_mock.geodesy import Geodetic, to_ned_m
+from sitl_mock.wire.definition import BY_ID
+
+if TYPE_CHECKING:
+    from sitl_mock.wire import Frame as Message
+
+_RELATIVE = {Frame.GLOBAL_RELATIVE_ALT, Frame.GLOBAL_RELATIVE_ALT_INT}
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A received command; `params` are param1..7 with latitude and longitude in degrees."""
+
+    command: int
+    params: tuple[float, float, float, float, float, float, float]
+    frame: int
+    peer: int
+
+    def __getitem__(self, number: int) -> float:
+        """Parameter `number`, counted from 1 as the definitions do."""
+        return self.params[number - 1]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What COMMAND_ACK says; `text` goes out as STATUSTEXT."""
+
+    result: Result
+    text: str = ""
+
+
+_DONE = Verdict(Result.ACCEPTED)
+Handler = Callable[[Vehicle, Order], Verdict]
+
+
+def read(message: Message, peer: int) -> Order:
+    """The order in a COMMAND_LONG or COMMAND_INT."""
+    values = message.values
+    if message.name == "COMMAND_LONG":
+        p1, p2, p3, p4, p5, p6, p7 = (values[f"param{i}"] for i in range(1, 8))
+        return Order(values["command"], (p1, p2, p3, p4, p5, p6, p7), int(Frame.GLOBAL_RELATIVE_ALT), peer)
+    p1, p2, p3, p4 = (values[f"param{i}"] for i in range(1, 5))
+    lat_deg, lon_deg = values["x"] / 1e7, values["y"] / 1e7
+    return Order(values["command"], (p1, p2, p3, p4, lat_deg, lon_deg, values["z"]), values["frame"], peer)
+
+
+def execute(vehicle: Vehicle, order: Order) -> Verdict:
+    """Carries an order out, or says why not."""
+    handler = _HANDLERS.get(order.command)
+    if handler is None:
+        return Verdict(Result.UNSUPPORTED)
+    verdict = handler(vehicle, order)
+    if verdict.text:
+        good = verdict.result is Result.ACCEPTED
+        vehicle.say(Severity.INFO if good else Severity.CRITICAL, verdict.text)
+    return verdict
+
+
+def _arm_disarm(vehicle: Vehicle, order: Order) -> Verdict:
+    forced = order[2] == FORCE_MAGIC
+    if order[1] not in (0.0, 1.0):
+        return Verdict(Result.UNSUPPORTED if vehicle.flavour.name == "ardupilot" else Result.DENIED)
+    if order[1] == 1.0:
+        return _arm(vehicle, forced=forced)
+    if vehicle.armed and vehicle.flying and not forced:
+        return Verdict(vehicle.flavour.arm_refusal, "Disarming denied: not landed")
+    if vehicle.armed:
+        vehicle.disarm(
+            "Disarming motors" if vehicle.flavour.name == "ardupilot" else "Disarmed by external command"
+        )
+    return _DONE
+
+
+def arming_refusal(vehicle: Vehicle) -> str | None:
+    """Why it cannot be armed now, None if it can."""
+    if vehicle.faults.arming_denied is not None:
+        return vehicle.faults.arming_denied
+    if vehicle.battery_stage:
+        return (
+            "Arm: Battery failsafe" if vehicle.flavour.name == "ardupilot" else "Arming denied: low battery"
+        )
+    early = (
+        vehicle.now_s < 0.56 * vehicle.ready_at_s
+    )  # ArduCopter: in STABILIZE 23 s of 41 s suffice (measured)
+    if early or (vehicle.mode.needs_position and not vehicle.ready):
+        return vehicle.flavour.arm_refusal_text
+    if vehicle.mode.behaviour in {Behaviour.RTL, Behaviour.LAND}:
+        return f"Arm: {vehicle.mode.name} mode not armable"
+    return None
+
+
+def _arm(vehicle: Vehicle, *, forced: bool) -> Verdict:
+    if vehicle.armed:
+        return _DONE
+    why = None if forced else arming_refusal(vehicle)
+    if why is not None:
+        return Verdict(vehicle.flavour.arm_refusal, why)
+    vehicle.arm()
+    return Verdict(
+        Result.ACCEPTED,
+        "Arming motors" if vehicle.flavour.name == "ardupilot" else "Armed by external command",
+    )
+
+
+def _takeoff_down_m(vehicle: Vehicle, order: Order) -> float | None:
+    """The height asked for, as NED from the pad; None when it is none."""
+    height = order[7]
+    if vehicle.flavour.takeoff_is_amsl:
+        if not isfinite(height):
+            return vehicle.body.down_m - vehicle.params["MIS_TAKEOFF_ALT"]
+        return vehicle.body.pad.alt_amsl_m - height
+    return vehicle.home_ned_m[2] - height if isfinite(height) and height > 0 else None
+
+
+def _takeoff(vehicle: Vehicle, order: Order) -> Verdict:
+    flavour = vehicle.flavour
+    down_m = _takeoff_down_m(vehicle, order)
+    north, east, here_m = vehicle.body.pos_ned_m
+    if flavour.takeoff_switches_mode:
+        if not vehicle.ready or vehicle.faults.pilot_holds:
+            return Verdict(flavour.mode_refusal, "Takeoff denied! Please disarm and retry")
+        # PX4 climbs at least MIS_TAKEOFF_ALT when the height asked for is below (navigator, takeoff.cpp).
+        lowest_m = here_m - vehicle.params["MIS_TAKEOFF_ALT"]
+        vehicle.enter_behaviour(Behaviour.TAKEOFF)
+        down_m = min(down_m, lowest_m) if down_m is not None and down_m < here_m + 1e-6 else lowest_m
+    elif (
+        vehicle.mode.behaviour is not Behaviour.GUIDED
+        or not vehicle.armed
+        or vehicle.flying
+        or down_m is None
+    ):
+        return Verdict(Result.FAILED)
+    vehicle.target = TakeoffTarget((north, east, down_m), vehicle.now_s + flavour.takeoff_delay_s)
+    return _DONE
+
+
+def request_mode(vehicle: Vehicle, mode: Mode | None) -> Verdict:
+    """A mode change from the ground."""
+    flavour = vehicle.flavour
+    if mode is None or vehicle.faults.pilot_holds:
+        return Verdict(flavour.mode_refusal, "" if mode is None else "Mode change denied: pilot has control")
+    if vehicle.armed and mode.needs_position and not vehicle.ready:
+        return Verdict(flavour.mode_refusal, f"Mode change to {mode.name} failed: requires position")
+    needs_stream = flavour.guided_needs_stream and mode.behaviour is Behaviour.GUIDED
+    if needs_stream and not setpoints.stream_established(vehicle):
+        return Verdict(flavour.mode_refusal, "Switching to mode 'Offboard' is currently not")
+    if mode.behaviour is Behaviour.MISSION and not missions.stored(vehicle):
+        return Verdict(flavour.mode_refusal, f"Mode change to {mode.name} failed: no mission")
+    if mode is not vehicle.mode:
+        vehicle.enter(mode)
+    return _DONE
+
+
+def _set_mode(vehicle: Vehicle, order: Order) -> Verdict:
+    """param1 base mode, param2 custom mode; PX4 takes main and sub mode apart."""
+    if not (isfinite(order[1]) and isfinite(order[2]) and isfinite(order[3])):
+        return Verdict(Result.DENIED)
+    if not int(order[1]) & 1:
+        return Verdict(vehicle.flavour.mode_refusal)
+    number = int(order[2])
+    if vehicle.flavour.name == "px4":
+        number = (number & 0xFF) << 16 | (int(order[3]) & 0xFF) << 24
+    return request_mode(vehicle, vehicle.flavour.modes.by_number(number))
+
+
+def _go_to_mode(behaviour: Behaviour) -> Handler:
+    def handler(vehicle: Vehicle, _: Order) -> Verdict:
+        return request_mode(vehicle, vehicle.flavour.modes.doing(behaviour))
+
+    return handler
+
+
+def _reposition(vehicle: Vehicle, order: Order) -> Verdict:
+    """DO_REPOSITION: fly there and stay. ArduCopter accepts it disarmed too (measured)."""
+    lat_deg, lon_deg, alt_m = order[5], order[6], order[7]
+    if not (isfinite(lat_deg) and isfinite(lon_deg)):
+        return Verdict(Result.DENIED)
+    place = vehicle.body.place
+    if isfinite(alt_m):
+        up_m = alt_m + (
+            vehicle.home.alt_amsl_m
+            if order.frame in _RELATIVE and not vehicle.flavour.takeoff_is_amsl
+            else 0.0
+        )
+    else:
+        up_m = place.alt_amsl_m
+    behaviour = Behaviour.HOLD if vehicle.flavour.takeoff_switches_mode else Behaviour.GUIDED
+    if vehicle.mode.behaviour is not behaviour:
+        verdict = request_mode(vehicle, vehicle.flavour.modes.doing(behaviour))
+        if verdict.result is not Result.ACCEPTED:
+            return verdict
+    if vehicle.flying:
+        speed = order[1] if isfinite(order[1]) and order[1] > 0 else None
+        vehicle.target = PositionTarget(
+            to_ned_m(vehicle.body.pad, Geodetic(lat_deg, lon_deg, up_m)), None, speed
+        )
+    return _DONE
+
+
+def _change_speed(vehicle: Vehicle, order: Order) -> Verdict:
+    """Sets the speed of position flights; velocity setpoints keep theirs (measured on ArduCopter)."""
+    if not isfinite(order[2]) or order[2] <= 0:
+        return Verdict(Result.DENIED)
+    name, scale = ("MPC_XY_CRUISE", 1.0) if vehicle.flavour.name == "px4" else ("WPNAV_SPEED", 100.0)
+    vehicle.params.set(name, order[2] * scale)
+    return _DONE
+
+
+def _condition_yaw(vehicle: Vehicle, order: Order) -> Verdict:
+    """Turns the nose while hovering in guided flight."""
+    if not isfinite(order[1]):
+        return Verdict(Result.DENIED)
+    yaw_rad = radians(order[1]) + (vehicle.body.yaw_rad if order[4] == 1.0 else 0.0)
+    if vehicle.mode.behaviour is not Behaviour.GUIDED or not vehicle.flying:
+        return Verdict(Result.FAILED)
+    here = vehicle.target.pos_ned_m if isinstance(vehicle.target, PositionTarget) else vehicle.body.pos_ned_m
+    vehicle.target = PositionTarget(here, yaw_rad)
+    return _DONE
+
+
+def _set_home(vehicle: Vehicle, order: Order) -> Verdict:
+    if order[1] == 1.0:
+        vehicle.home_ned_m = vehicle.body.pos_ned_m
+        return _DONE
+    if not all(map(isfinite, order.params[4:])):
+        return Verdict(Result.FAILED)
+    vehicle.home_ned_m = to_ned_m(vehicle.body.pad, Geodetic(order[5], order[6], order[7]))
+    return _DONE
+
+
+def _terminate(vehicle: Vehicle, order: Order) -> Verdict:
+    if order[1] > 0.5:
+        vehicle.disarm("Flight termination")
+    return _DONE
+
+
+def _mission_start(vehicle: Vehicle, _: Order) -> Verdict:
+    verdict = request_mode(vehicle, vehicle.flavour.modes.doing(Behaviour.MISSION))
+    if verdict.result is Result.ACCEPTED:
+        vehicle.mission_item = 0
+    return verdict
+
+
+def _pause(vehicle: Vehicle, order: Order) -> Verdict:
+    behaviour = Behaviour.HOLD if order[1] == 0.0 else Behaviour.MISSION
+    return request_mode(vehicle, vehicle.flavour.modes.doing(behaviour))
+
+
+def _prearm(vehicle: Vehicle, _: Order) -> Verdict:
+    why = arming_refusal(vehicle)
+    if why is not None:
+        vehicle.say(Severity.CRITICAL, why.replace("Arm:", "PreArm:"))
+    return _DONE
+
+
+def _battery_reset(vehicle: Vehicle, _: Order) -> Verdict:
+    vehicle.battery_stage, vehicle.battery_low_s = 0, None
+    return _DONE
+
+
+def _message(vehicle: Vehicle, number: float) -> str | None:
+    """The name of a message that this vehicle has."""
+    definition = BY_ID.get(int(number)) if isfinite(number) else None
+    return definition.name if definition and available(vehicle, definition.name) else None
+
+
+def _request_message(vehicle: Vehicle, order: Order) -> Verdict:
+    name = _message(vehicle, order[1])
+    if name is None:
+        return Verdict(vehicle.flavour.unknown_message_result)
+    vehicle.reply(order.peer, name, **BUILDERS[name](vehicle))
+    return _DONE
+
+
+def _version_request(vehicle: Vehicle, order: Order) -> Verdict:
+    vehicle.reply(order.peer, "AUTOPILOT_VERSION", **BUILDERS["AUTOPILOT_VERSION"](vehicle))
+    return _DONE
+
+
+def _home_request(vehicle: Vehicle, order: Order) -> Verdict:
+    vehicle.reply(order.peer, "HOME_POSITION", **BUILDERS["HOME_POSITION"](vehicle))
+    return _DONE
+
+
+def _set_interval(vehicle: Vehicle, order: Order) -> Verdict:
+    """param2 microseconds; -1 off, 0 the default rate."""
+    name = _message(vehicle, order[1])
+    if name is None or not isfinite(order[2]) or order[2] < -1:
+        return Verdict(Result.DENIED)
+    vehicle.streams.set_interval(name, order[2] / 1e6, vehicle.now_s)
+    return _DONE
+
+
+def _get_interval(vehicle: Vehicle, order: Order) -> Verdict:
+    name = _message(vehicle, order[1])
+    interval_us = streams.interval_us(vehicle.streams, name) if name else 0
+    number = int(order[1]) & 0xFFFF if isfinite(order[1]) else 0
+    vehicle.reply(order.peer, "MESSAGE_INTERVAL", message_id=number, interval_us=interval_us)
+    return _DONE
+
+
+_HANDLERS: dict[int, Handler] = {
+    Command.COMPONENT_ARM_DISARM: _arm_disarm,
+    Command.NAV_TAKEOFF: _takeoff,
+    Command.DO_SET_MODE: _set_mode,
+    Command.NAV_RETURN_TO_LAUNCH: _go_to_mode(Behaviour.RTL),
+    Command.NAV_LAND: _go_to_mode(Behaviour.LAND),
+    Command.NAV_LOITER_UNLIM: _go_to_mode(Behaviour.HOLD),
+    Command.DO_REPOSITION: _reposition,
+    Command.DO_CHANGE_SPEED: _change_speed,
+    Command.CONDITION_YAW: _condition_yaw,
+    Command.DO_SET_HOME: _set_home,
+    Command.DO_FLIGHTTERMINATION: _terminate,
+    Command.DO_PAUSE_CONTINUE: _pause,
+    Command.MISSION_START: _mission_start,
+    Command.RUN_PREARM_CHECKS: _prearm,
+    Command.BATTERY_RESET: _battery_reset,
+    Command.REQUEST_MESSAGE: _request_message,
+    Command.REQUEST_AUTOPILOT_CAPABILITIES: _version_request,
+    Command.GET_HOME_POSITION: _home_request,
+    Command.SET_MESSAGE_INTERVAL: _set_interval,
+    Command.GET_MESSAGE_INTERVAL: _get_interval,
+}

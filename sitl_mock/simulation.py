@@ -1,0 +1,129 @@
+"""N autopilots in one air: physics, links and faults advanced together in fixed steps. No socket, no clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from sitl_mock.autopilot import PX4, Autopilot
+from sitl_mock.body import Body
+from sitl_mock.faults import Fault, Script, Victim
+from sitl_mock.geodesy import Geodetic, to_geodetic
+from sitl_mock.link import Link
+from sitl_mock.physics.fleet import TICK_S, Fleet, wind_ne
+from sitl_mock.physics.vehicle import M600, VehicleType
+from sitl_mock.wire import Parser
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from sitl_mock.autopilot.flavour import Flavour
+
+PURDUE = Geodetic(40.4258, -86.9197, 186.0)  # middle of the Purdue trace's area, its ground about 186 m AMSL
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """What is simulated."""
+
+    count: int = 1
+    flavour: Flavour = PX4
+    kind: VehicleType = M600
+    home: Geodetic = PURDUE
+    spacing_m: float = 4.0  # pads lie this far apart to the east of home
+    wind_mps: float = 0.0
+    wind_from_deg: float = 0.0
+    ready_after_s: float | None = None
+    faults: Sequence[Fault] = ()
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Datagram:
+    """To be sent by vehicle `index` to one peer, or to all that it knows (None)."""
+
+    index: int
+    peer: int | None
+    data: bytes
+
+
+class Simulation:
+    """Advances in steps of TICK_S. The same setup and the same received bytes give the same sent bytes."""
+
+    def __init__(self, setup: Setup) -> None:
+        """Vehicles stand on their pads, motors off, at time 0."""
+        wind = np.array(wind_ne(setup.wind_mps, setup.wind_from_deg))
+        self._fleet = Fleet([setup.kind] * setup.count, wind)
+        self._ticks = 0
+        self._parsers: dict[tuple[int, int], Parser] = {}
+        seeds = np.random.SeedSequence(setup.seed).spawn(2 * setup.count)
+        links = [Link(np.random.default_rng(seed)) for seed in seeds]
+        self.autopilots = [self._autopilot(setup, index) for index in range(setup.count)]
+        self._victims = [
+            Victim(pilot, links[2 * i], links[2 * i + 1]) for i, pilot in enumerate(self.autopilots)
+        ]
+        self._script = Script(list(setup.faults))
+        self._fleet.advance(0)  # compiles or loads the kernel before anybody waits for it
+
+    def _autopilot(self, setup: Setup, index: int) -> Autopilot:
+        pad = to_geodetic(setup.home, 0.0, index * setup.spacing_m, 0.0)
+        body = Body(self._fleet, index, pad)
+        return Autopilot(index + 1, setup.flavour, body, ready_after_s=setup.ready_after_s)
+
+    @property
+    def now_s(self) -> float:
+        """Simulated seconds since boot."""
+        return self._ticks * TICK_S
+
+    def receive(self, index: int, peer: int, data: bytes) -> None:
+        """Takes a datagram that `peer` sent to vehicle `index`."""
+        up = self._victims[index].up
+        if up.quality.perfect:
+            self._deliver(index, peer, data)
+        else:
+            up.put(peer, data, self.now_s)
+
+    def _deliver(self, index: int, peer: int, data: bytes) -> None:
+        parser = self._parsers.setdefault((index, peer), Parser())
+        for frame in parser.feed(data):
+            self.autopilots[index].receive(frame, peer, self.now_s)
+
+    def forget(self, index: int, peer: int) -> None:
+        """Drops what is remembered of a peer."""
+        self._parsers.pop((index, peer), None)
+
+    def step(self) -> list[Datagram]:
+        """One step of TICK_S; returns what is to be sent at its end."""
+        now_s = self.now_s
+        self._script.advance(now_s, self._victims)
+        for index, victim in enumerate(self._victims):
+            for peer, data in victim.up.take(now_s):
+                assert peer is not None, "what goes up has a sender"
+                self._deliver(index, peer, data)
+            victim.autopilot.tick(now_s)
+        self._fleet.advance(1)
+        self._ticks += 1
+        return self.pending()
+
+    def pending(self) -> list[Datagram]:
+        """What is to be sent now."""
+        now_s = self.now_s
+        out: list[Datagram] = []
+        for index, victim in enumerate(self._victims):
+            victim.autopilot.vehicle.now_s = now_s
+            for sent in victim.autopilot.collect():
+                if victim.down.quality.perfect:
+                    out.append(Datagram(index, sent.peer, sent.data))
+                else:
+                    victim.down.put(sent.peer, sent.data, now_s)
+            out += [Datagram(index, peer, data) for peer, data in victim.down.take(now_s)]
+        return out
+
+    def advance_to(self, until_s: float) -> list[Datagram]:
+        """Steps up to `until_s` (the nearest step); returns all that was to be sent on the way."""
+        out: list[Datagram] = []
+        while self._ticks < round(until_s / TICK_S):
+            out += self.step()
+        return out
