@@ -4,6 +4,7 @@ The flight loop is one synchronous thread stepped by a clock (10 Hz); everything
 that clock, which may be virtual. Other threads (API, store) read the newest frozen snapshot and leave requests.
 """
 
+import math
 from collections.abc import Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, field
@@ -78,6 +79,34 @@ class VehicleStatus:
     address: str = ""
     texts: tuple[str, ...] = ()  # newest STATUSTEXTs, oldest first
     limits: VehicleLimits = field(default_factory=VehicleLimits)
+
+
+STALE_AFTER_S = 1.0  # PX4's COM_OF_LOSS_T: an older position is no base for a velocity
+
+
+@dataclass(frozen=True, slots=True)
+class UavTrack:
+    """Position and velocity east, north, up; altitude above the vehicle's home. ``age_s`` of the fix behind it."""
+
+    system_id: int
+    east_m: float
+    north_m: float
+    alt_home_m: float
+    vel_east_mps: float
+    vel_north_mps: float
+    vel_up_mps: float
+    yaw_rad: float
+    age_s: float
+
+    @property
+    def is_stale(self) -> bool:
+        """Too old to steer by."""
+        return self.age_s > STALE_AFTER_S
+
+    @property
+    def speed_mps(self) -> float:
+        """Horizontal speed over ground."""
+        return math.hypot(self.vel_east_mps, self.vel_north_mps)
 
 
 class CommandKind(StrEnum):

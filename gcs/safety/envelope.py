@@ -1,0 +1,51 @@
+"""What the gate holds a fleet to."""
+
+from dataclasses import dataclass, field
+
+from policy.world.geometry import Polygon
+from policy.world.scenario import Scenario
+
+FENCE_MARGIN_M = 3.0  # kept inside the area's edge: GNSS noise and gusts
+OBSTACLE_MARGIN_SHARE = 0.5  # of the planner's margin: the plan keeps clear, the gate catches what does not
+ALTITUDE_ABOVE_M = 5.0  # over the highest layer
+LOWEST_GUIDED_M = 8.0  # below this only the autopilot's own landing flies
+BRAKE_SHARE = 0.85  # of the acceleration limit counted on for braking: lag, drag and wind take the rest
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """Limits of one campaign; polygons are the obstacles' walls, margins come on top."""
+
+    size_m: tuple[float, float]
+    obstacles: tuple[Polygon, ...] = ()
+    fence_margin_m: float = FENCE_MARGIN_M
+    obstacle_margin_m: float = 7.5
+    min_alt_home_m: float = LOWEST_GUIDED_M
+    max_alt_home_m: float = 125.0
+    max_speed_mps: float = 18.0
+    max_climb_mps: float = 3.0
+    max_descent_mps: float = 3.0
+    accel_mps2: float = 4.5  # how fast the vehicle takes up a new velocity
+    brake_mps2: float = 4.5 * BRAKE_SHARE
+    vertical_accel_mps2: float = 1.0
+    reaction_s: float = 0.5  # from our decision to the vehicle's obeying: link, tick and attitude lag
+    tick_s: float = 0.1
+    separation_m: float = 10.0  # level distance between own UAVs of about one height
+    vertical_separation_m: float = 3.0  # layers are 5 m apart
+    obstacle_names: tuple[str, ...] = field(default=())
+
+
+def envelope_of(scenario: Scenario, max_accel_mps2: float) -> Envelope:
+    """The gate's limits for a campaign flown by vehicles of this acceleration."""
+    blocking = scenario.blocking_obstacles
+    return Envelope(
+        size_m=scenario.area.size_m,
+        obstacles=tuple(o.polygon_m for o in blocking),
+        obstacle_names=tuple(o.name for o in blocking),
+        obstacle_margin_m=OBSTACLE_MARGIN_SHARE * scenario.obstacle_margin_m,
+        max_alt_home_m=scenario.altitude_m + ALTITUDE_ABOVE_M,
+        max_speed_mps=scenario.max_speed_mps,
+        accel_mps2=max_accel_mps2,
+        brake_mps2=BRAKE_SHARE * max_accel_mps2,
+        vertical_separation_m=min(3.0, 0.6 * scenario.layer_m),
+    )

@@ -1,0 +1,155 @@
+"""The gate in a kinematic simulation: whatever is asked, no UAV leaves the fence, hits a wall or meets another."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gcs.ports import UavTrack, VelocitySetpoint
+from gcs.safety.envelope import Envelope
+from gcs.safety.gate import GateAction, SafetyGate, SealedSetpoint, Wish
+from policy.world.geometry import distance_to_polygon_m
+
+TOWER = ((200.0, 200.0), (260.0, 200.0), (260.0, 280.0), (200.0, 280.0))
+ENVELOPE = Envelope(size_m=(600.0, 500.0), obstacles=(TOWER,), obstacle_names=("tower",))
+
+
+@dataclass
+class PointMass:
+    """A vehicle that takes up a commanded velocity after a dead time, at a limited acceleration."""
+
+    east_m: float
+    north_m: float
+    alt_m: float
+    vel: np.ndarray
+    accel: float
+    dead_ticks: int
+
+    def __post_init__(self) -> None:
+        self.queue = [self.vel.copy()] * self.dead_ticks
+
+    def fly(self, command_enu: tuple[float, float, float], tick_s: float) -> None:
+        self.queue.append(np.array(command_enu))
+        change = self.queue.pop(0) - self.vel
+        size = float(np.linalg.norm(change[:2]))
+        if size > self.accel * tick_s:
+            change[:2] *= self.accel * tick_s / size
+        self.vel = self.vel + change
+        self.east_m += self.vel[0] * tick_s
+        self.north_m += self.vel[1] * tick_s
+        self.alt_m += self.vel[2] * tick_s
+
+    def track(self, system_id: int) -> UavTrack:
+        return UavTrack(system_id, self.east_m, self.north_m, self.alt_m, *map(float, self.vel), 0.0, 0.0)
+
+
+def setpoint(system_id: int = 1, north: float = 0.0, east: float = 0.0, down: float = 0.0) -> VelocitySetpoint:
+    return VelocitySetpoint(system_id, (north, east, down), 0.0)
+
+
+def at(
+    east: float, north: float, vel: tuple[float, float] = (0.0, 0.0), alt: float = 100.0, age: float = 0.0
+) -> UavTrack:
+    return UavTrack(1, east, north, alt, *vel, 0.0, 0.5, age)
+
+
+@pytest.mark.parametrize(
+    ("wish", "track", "action", "reason"),
+    [
+        (setpoint(north=10.0), at(400.0, 250.0), GateAction.PASSED, ""),
+        (setpoint(north=40.0), at(400.0, 250.0), GateAction.SLOWED, "speed or climb limit"),
+        (setpoint(down=-9.0), at(400.0, 250.0), GateAction.SLOWED, "speed or climb limit"),
+        (setpoint(north=math.nan), at(400.0, 250.0), GateAction.HELD, "setpoint is not a number"),
+        (setpoint(north=5.0), at(400.0, 250.0, age=1.5), GateAction.HELD, "position is too old to steer by"),
+        (setpoint(north=5.0), None, GateAction.HELD, "position is too old to steer by"),
+        (setpoint(north=18.0), at(400.0, 480.0, (0.0, 10.0)), GateAction.BENT, "geofence"),
+        (setpoint(east=18.0), at(150.0, 240.0, (15.0, 0.0)), GateAction.BENT, "obstacle"),
+    ],
+)
+def test_table(wish: VelocitySetpoint, track: UavTrack | None, action: GateAction, reason: str) -> None:
+    (safe,) = SafetyGate(ENVELOPE).judge([Wish(wish, track)])
+    assert (safe.action, safe.reason) == (action, reason)
+    assert all(math.isfinite(v) for v in safe.setpoint.vel_ned_mps)
+
+
+def test_only_the_gate_makes_safe_setpoints() -> None:
+    with pytest.raises(TypeError, match="SafetyGate"):
+        SealedSetpoint(object(), setpoint(), GateAction.PASSED, "")
+
+
+def test_climb_ends_below_the_ceiling() -> None:
+    gate, body = SafetyGate(ENVELOPE), PointMass(400.0, 250.0, 100.0, np.zeros(3), 4.5, 3)
+    for _ in range(400):
+        (safe,) = gate.judge([Wish(setpoint(down=-3.0), body.track(1))])
+        body.fly((0.0, 0.0, -safe.setpoint.vel_ned_mps[2]), 0.1)
+    assert ENVELOPE.max_alt_home_m - 2.0 < body.alt_m <= ENVELOPE.max_alt_home_m + 0.2
+
+
+wishes = st.lists(st.tuples(st.floats(-25.0, 25.0), st.floats(-25.0, 25.0), st.integers(5, 80)), min_size=1, max_size=6)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    plan=wishes,
+    place=st.tuples(st.floats(10.0, 590.0), st.floats(10.0, 490.0)),
+    dead_ticks=st.integers(0, 4),
+    accel=st.floats(4.0, 5.0),
+)
+def test_no_breach_whatever_is_asked(
+    plan: list[tuple[float, float, int]], place: tuple[float, float], dead_ticks: int, accel: float
+) -> None:
+    if float(distance_to_polygon_m(np.array(place), TOWER)) <= ENVELOPE.obstacle_margin_m:
+        return
+    gate, body = SafetyGate(ENVELOPE), PointMass(*place, 100.0, np.zeros(3), accel, dead_ticks)
+    for north, east, ticks in plan:
+        for _ in range(ticks):
+            (safe,) = gate.judge([Wish(setpoint(north=north, east=east), body.track(1))])
+            body.fly((safe.setpoint.vel_ned_mps[1], safe.setpoint.vel_ned_mps[0], 0.0), 0.1)
+            assert 0.0 < body.east_m < 600.0
+            assert 0.0 < body.north_m < 500.0
+            assert float(distance_to_polygon_m(np.array([body.east_m, body.north_m]), TOWER)) > 0.0
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    commands=st.lists(
+        st.tuples(st.floats(-18.0, 18.0), st.floats(-18.0, 18.0), st.floats(-18.0, 18.0), st.floats(-18.0, 18.0)),
+        min_size=1,
+        max_size=5,
+    ),
+    gap_m=st.floats(12.0, 120.0),
+)
+def test_own_uavs_at_one_height_keep_apart(commands: list[tuple[float, float, float, float]], gap_m: float) -> None:
+    gate = SafetyGate(Envelope(size_m=(600.0, 500.0)))
+    first = PointMass(300.0, 250.0, 100.0, np.zeros(3), 4.5, 3)
+    second = PointMass(300.0 + gap_m, 250.0, 100.0, np.zeros(3), 4.5, 3)
+    for north_1, east_1, north_2, east_2 in commands:
+        for _ in range(40):
+            safe = gate.judge(
+                [
+                    Wish(setpoint(1, north_1, east_1), first.track(1)),
+                    Wish(setpoint(2, north_2, east_2), second.track(2)),
+                ]
+            )
+            for body, sealed in zip((first, second), safe, strict=True):
+                body.fly((sealed.setpoint.vel_ned_mps[1], sealed.setpoint.vel_ned_mps[0], 0.0), 0.1)
+            assert math.hypot(first.east_m - second.east_m, first.north_m - second.north_m) > 5.0
+
+
+def test_layers_do_not_hinder_each_other() -> None:
+    gate = SafetyGate(Envelope(size_m=(600.0, 500.0)))
+    above = UavTrack(1, 300.0, 250.0, 120.0, 15.0, 0.0, 0.0, 0.0, 0.0)
+    below = UavTrack(2, 320.0, 250.0, 115.0, -15.0, 0.0, 0.0, 0.0, 0.0)
+    safe = gate.judge([Wish(setpoint(1, east=15.0), above), Wish(setpoint(2, east=-15.0), below)])
+    assert [s.action for s in safe] == [GateAction.PASSED, GateAction.PASSED]
+
+
+def test_outside_the_fence_the_way_back_is_open() -> None:
+    gate, body = SafetyGate(ENVELOPE), PointMass(-20.0, 250.0, 100.0, np.zeros(3), 4.5, 3)
+    for _ in range(300):
+        (safe,) = gate.judge([Wish(setpoint(east=10.0), body.track(1))])
+        body.fly((safe.setpoint.vel_ned_mps[1], safe.setpoint.vel_ned_mps[0], 0.0), 0.1)
+    assert body.east_m > 50.0
