@@ -79,9 +79,9 @@ def _limits(params: ParamTable, kind: VehicleType) -> VehicleType:
     return replace(
         kind,
         max_lean_rad=radians(min(max(params["ANGLE_MAX"], 1000.0), 8000.0) / 100),
-        max_accel_mps2=max(params["WPNAV_ACCEL"], 50.0) / 100,
-        max_jerk_mps3=max(params["PSC_JERK_XY"], 1.0),
-        max_accel_z_mps2=max(params["WPNAV_ACCEL_Z"], 50.0) / 100,
+        max_accel_mps2=min(max(params["WPNAV_ACCEL"], 50.0), 1000.0) / 100,
+        max_jerk_mps3=min(max(params["PSC_JERK_XY"], 1.0), 20.0),
+        max_accel_z_mps2=min(max(params["WPNAV_ACCEL_Z"], 50.0), 500.0) / 100,
     )
 
 

@@ -32,7 +32,7 @@ class Drive:
 
 def closing_speed(distance_m: float, top_mps: float, accel_mps2: float) -> float:
     """Speed that still stops at the goal: proportional near it, then a square root, then `top_mps`."""
-    brake = _BRAKE_SHARE * accel_mps2
+    brake, top_mps = _BRAKE_SHARE * accel_mps2, max(top_mps, 0.0)
     linear_m = brake / _POSITION_GAIN_1PS**2
     if distance_m <= linear_m:
         return min(top_mps, _POSITION_GAIN_1PS * distance_m)

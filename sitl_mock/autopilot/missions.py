@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
-from math import dist, isfinite
+from math import dist, isnan
 from typing import TYPE_CHECKING, Any
 
 from sitl_mock.autopilot.constants import Command, Frame
@@ -23,6 +23,7 @@ MISSION, FENCE, RALLY = 0, 1, 2  # MAV_MISSION_TYPE
 _ALL = 255
 _MAX_ITEMS = 700
 _RETRY_S, _RETRIES = 0.25, 5
+_HIGHEST_M = 1e5
 _REACHED_M = 2.0  # WPNAV_RADIUS 200 cm
 _RELATIVE = {Frame.GLOBAL_RELATIVE_ALT, Frame.GLOBAL_RELATIVE_ALT_INT}
 _GLOBAL = _RELATIVE | {Frame.GLOBAL, Frame.GLOBAL_INT}
@@ -34,6 +35,7 @@ class Outcome(IntEnum):
     ACCEPTED = 0
     ERROR = 1
     NO_SPACE = 4
+    INVALID_PARAM5_X = 10
     INVALID_SEQUENCE = 13
     CANCELLED = 15
 
@@ -81,11 +83,20 @@ class Store:
     upload: _Upload | None = None
 
 
-def _item(values: Mapping[str, Any], *, is_int: bool) -> Item:
+def _item(values: Mapping[str, Any], *, is_int: bool) -> Item | None:
+    """The item received, None if its place is none on the globe."""
     params = (values["param1"], values["param2"], values["param3"], values["param4"])
     scale = 1 if is_int else 1e7
     x, y = values["x"] * scale, values["y"] * scale
-    east, north = (round(y), round(x)) if isfinite(x) and isfinite(y) else (0, 0)
+    if isnan(x) or isnan(y):  # PX4: the present place
+        x = y = 0
+    if (
+        not (abs(x) <= 90e7 and abs(y) <= 180e7)
+        and values["frame"] in _GLOBAL
+        or not max(abs(x), abs(y)) < 2**31
+    ):
+        return None
+    north, east = round(x), round(y)
     return Item(values["command"], values["frame"], params, north, east, values["z"], values["autocontinue"])
 
 
@@ -157,7 +168,12 @@ def _received(vehicle: Vehicle, message: Message, peer: int, kind: int) -> None:
         return
     if message["seq"] != len(upload.items):
         return  # a repeated item; the one that is missing has been asked for
-    upload.items.append(_item(message.values, is_int=message.name == "MISSION_ITEM_INT"))
+    item = _item(message.values, is_int=message.name == "MISSION_ITEM_INT")
+    if item is None:
+        vehicle.missions.upload = None
+        _ack(vehicle, _sender(message, peer), Outcome.INVALID_PARAM5_X, kind)
+        return
+    upload.items.append(item)
     upload.tries = 1
     if len(upload.items) < upload.count:
         _ask(vehicle, upload)
@@ -235,7 +251,10 @@ def stored(vehicle: Vehicle) -> bool:
 
 def _place_ned_m(vehicle: Vehicle, item: Item) -> tuple[float, float, float]:
     here = vehicle.body.pos_ned_m
-    up_m = item.z + (vehicle.home.alt_amsl_m if item.frame in _RELATIVE else 0.0)
+    if not abs(item.z) <= _HIGHEST_M:  # NaN, PX4: the present height
+        up_m = vehicle.body.place.alt_amsl_m
+    else:
+        up_m = item.z + (vehicle.home.alt_amsl_m if item.frame in _RELATIVE else 0.0)
     if item.frame not in _GLOBAL or (item.x, item.y) == (0, 0):
         return here[0], here[1], vehicle.body.pad.alt_amsl_m - up_m
     return to_ned_m(vehicle.body.pad, Geodetic(item.x / 1e7, item.y / 1e7, up_m))

@@ -88,8 +88,8 @@ def _limits(params: ParamTable, kind: VehicleType) -> VehicleType:
     return replace(
         kind,
         max_speed_mps=min(max(params["MPC_XY_VEL_MAX"], 0.0), 20.0),
-        max_accel_mps2=max(params["MPC_ACC_HOR"], 2.0),
-        max_jerk_mps3=max(params["MPC_JERK_MAX"], 0.5),
+        max_accel_mps2=min(max(params["MPC_ACC_HOR"], 2.0), 15.0),
+        max_jerk_mps3=min(max(params["MPC_JERK_MAX"], 0.5), 500.0),
         max_lean_rad=radians(min(max(params["MPC_TILTMAX_AIR"], 20.0), 89.0)),
         climb_mps=min(max(params["MPC_Z_VEL_MAX_UP"], 0.5), 8.0),
         descent_mps=min(max(params["MPC_Z_VEL_MAX_DN"], 0.5), 4.0),
