@@ -91,8 +91,8 @@ def _item(values: Mapping[str, Any], *, is_int: bool) -> Item | None:
     if isnan(x) or isnan(y):  # PX4: the present place
         x = y = 0
     if (
-        not (abs(x) <= 90e7 and abs(y) <= 180e7)
-        and values["frame"] in _GLOBAL
+        (not (abs(x) <= 90e7 and abs(y) <= 180e7)
+        and values["frame"] in _GLOBAL)
         or not max(abs(x), abs(y)) < 2**31
     ):
         return None
@@ -262,7 +262,7 @@ def _place_ned_m(vehicle: Vehicle, item: Item) -> tuple[float, float, float]:
 
 def current_step(vehicle: Vehicle) -> Step:
     """Sets the target of the present item and moves on when it is reached."""
-    from sitl_mock.autopilot.state import PositionTarget, TakeoffTarget  # noqa: PLC0415 - state holds the store
+    from sitl_mock.autopilot.state import PositionTarget, TakeoffTarget
 
     plan = vehicle.missions.plans[MISSION]
     while vehicle.mission_item < len(plan):
@@ -299,6 +299,6 @@ def current_step(vehicle: Vehicle) -> Step:
 
 
 def _reached(vehicle: Vehicle) -> Any:
-    from sitl_mock.autopilot.state import Note  # noqa: PLC0415 - state holds the store
+    from sitl_mock.autopilot.state import Note
 
     return Note(None, "MISSION_ITEM_REACHED", {"seq": vehicle.mission_item})

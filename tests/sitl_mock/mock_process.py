@@ -7,13 +7,15 @@ import re
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from pymavlink import mavutil
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 ROOT = Path(__file__).parents[2]
 
@@ -53,7 +55,9 @@ class Mock:
 def running(*options: str, count: int = 1, lockstep: bool = True) -> Iterator[Mock]:
     extra = ["--lockstep", "0"] if lockstep else []
     command = [sys.executable, "-m", "sitl_mock", "--count", str(count), *extra, *options]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
         assert process.stdout is not None
         lines = [process.stdout.readline().strip() for _ in range(count + lockstep)]
         clock, replies = None, None

@@ -7,12 +7,14 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from mock_process import ROOT, Mock, connect, free_port, running
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
 
 
 def _drive(mock: Mock, now_s: float, seconds: float, act: Callable[[], None], links: list[Any]) -> float:
@@ -28,7 +30,9 @@ def _drive(mock: Mock, now_s: float, seconds: float, act: Callable[[], None], li
 
 def test_two_drones_fly_over_udp_in_virtual_time() -> None:
     port = free_port(2)
-    with running("--first-port", str(port), "--flavour", "ardupilot", "--ready-after-s", "1", count=2) as mock:
+    with running(
+        "--first-port", str(port), "--flavour", "ardupilot", "--ready-after-s", "1", count=2
+    ) as mock:
         assert mock.lines[1] == f"drone 1 ready: udpout:127.0.0.1:{port} sysid 1 ardupilot"
         assert mock.lines[2].endswith("sysid 2 ardupilot")
         links = [connect(port), connect(port + 1)]
@@ -67,7 +71,9 @@ def test_two_drones_fly_over_udp_in_virtual_time() -> None:
 def test_lock_step_is_fast() -> None:
     """2 vehicles, position and attitude at 10 Hz: at least 200 times real time with the clients' share."""
     port = free_port(2)
-    with running("--first-port", str(port), "--flavour", "ardupilot", "--ready-after-s", "1", count=2) as mock:
+    with running(
+        "--first-port", str(port), "--flavour", "ardupilot", "--ready-after-s", "1", count=2
+    ) as mock:
         sockets = [connect(port), connect(port + 1)]
         for system, link in enumerate(sockets, start=1):
             for message in (33, 30):
@@ -86,7 +92,13 @@ def test_rubbish_on_the_clock_is_answered_and_survived() -> None:
     with running("--first-port", str(free_port())) as mock:
         assert mock.clock is not None
         assert mock.replies is not None
-        for line in (b"hello\n", b"[]\n", b'{"advance_to_s": "x"}\n', b'{"advance_to_s": NaN}\n', b"\xff\xfe\n"):
+        for line in (
+            b"hello\n",
+            b"[]\n",
+            b'{"advance_to_s": "x"}\n',
+            b'{"advance_to_s": NaN}\n',
+            b"\xff\xfe\n",
+        ):
             mock.clock.sendall(line)
             assert "error" in mock.replies.readline()
         assert mock.advance_to(0.1) == 0.1
@@ -116,7 +128,12 @@ def test_real_time_follows_the_wall_clock_times_speedup() -> None:
 
 def _fails(*options: str) -> str:
     done = subprocess.run(
-        [sys.executable, "-m", "sitl_mock", *options], cwd=ROOT, capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-m", "sitl_mock", *options],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
     )
     assert done.returncode == 2
     assert done.stdout == ""
@@ -136,7 +153,12 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path: Path) -> None:
 
 def test_help_exits_0() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "sitl_mock", "--help"], cwd=ROOT, capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-m", "sitl_mock", "--help"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
     )
     assert done.returncode == 0
     assert "--lockstep" in done.stdout
