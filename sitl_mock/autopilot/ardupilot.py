@@ -1,4 +1,4 @@
-"""ArduCopter 4.5's manners. "Measured" was seen on its own simulation (docs/mock.md); the rest names its source file."""
+"""ArduCopter 4.5's manners. "Measured" was seen on its own simulation; the rest names its source file."""
 
 from __future__ import annotations
 
@@ -117,8 +117,8 @@ def _link_rule(params: ParamTable) -> LinkRule:
     return LinkRule(params["FS_GCS_ENABLE"] != 0, timeout_s, ground, action, "GCS Failsafe")
 
 
-# MISSION_FLOAT, PARAM_FLOAT, MISSION_INT, COMMAND_INT, SET_POSITION_TARGET_LOCAL and _GLOBAL, FLIGHT_TERMINATION,
-# MAVLINK2, MISSION_FENCE, MISSION_RALLY, PARAM_ENCODE_C_CAST (GCS_Common.cpp, capabilities()).
+# MISSION_FLOAT, PARAM_FLOAT, MISSION_INT, COMMAND_INT, SET_POSITION_TARGET_LOCAL and _GLOBAL,
+# FLIGHT_TERMINATION, MAVLINK2, MISSION_FENCE, MISSION_RALLY, PARAM_ENCODE_C_CAST (GCS_Common.cpp).
 _CAPABILITIES = 1 | 2 | 4 | 8 | 128 | 256 | 2048 | 8192 | 16384 | 32768 | 131072
 
 ARDUPILOT = Flavour(

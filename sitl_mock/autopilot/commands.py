@@ -11,7 +11,7 @@ from sitl_mock.autopilot import missions, setpoints, streams
 from sitl_mock.autopilot.constants import FORCE_MAGIC, Command, Frame, Result, Severity
 from sitl_mock.autopilot.modes import Behaviour, Mode
 from sitl_mock.autopilot.state import PositionTarget, TakeoffTarget, Vehicle
-from sitl_mock.autopilot.telemetry import BUILDERS, available
+from sitl_mock.autopilot.telemetry import BUILDERS, available, ready
 from sitl_mock.geodesy import Geodetic, plausible, to_ned_m
 from sitl_mock.wire.definition import BY_ID
 
@@ -279,7 +279,7 @@ def _message(vehicle: Vehicle, number: float) -> str | None:
 
 def _request_message(vehicle: Vehicle, order: Order) -> Verdict:
     name = _message(vehicle, order[1])
-    if name is None:
+    if name is None or not ready(vehicle, name):
         return Verdict(vehicle.flavour.unknown_message_result)
     vehicle.reply(order.peer, name, **BUILDERS[name](vehicle))
     return _DONE
@@ -291,6 +291,8 @@ def _version_request(vehicle: Vehicle, order: Order) -> Verdict:
 
 
 def _home_request(vehicle: Vehicle, order: Order) -> Verdict:
+    if not ready(vehicle, "HOME_POSITION"):
+        return Verdict(Result.DENIED)
     vehicle.reply(order.peer, "HOME_POSITION", **BUILDERS["HOME_POSITION"](vehicle))
     return _DONE
 

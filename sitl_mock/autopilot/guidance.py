@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 from typing import TYPE_CHECKING
 
-from sitl_mock.autopilot import missions
+from sitl_mock.autopilot import mission_flight
 from sitl_mock.autopilot.constants import Severity
 from sitl_mock.autopilot.modes import Behaviour
 from sitl_mock.autopilot.state import PositionTarget, TakeoffTarget, Vehicle, VelocityTarget
@@ -172,10 +172,10 @@ def _land(vehicle: Vehicle) -> Drive:
 
 def _mission(vehicle: Vehicle) -> Drive:
     """Flies the stored items one after the other, then holds."""
-    step = missions.current_step(vehicle)
-    if step is missions.Step.RETURN:
+    step = mission_flight.current_step(vehicle)
+    if step is mission_flight.Step.RETURN:
         return _return(vehicle)
-    if step is missions.Step.LAND:
+    if step is mission_flight.Step.LAND:
         return _land(vehicle)
     return _takeoff(vehicle, vehicle.target) if isinstance(vehicle.target, TakeoffTarget) else _hold(vehicle)
 

@@ -1,4 +1,4 @@
-"""SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT to targets, with each type mask and frame judged as the real ones do."""
+"""SET_POSITION_TARGET messages to targets, type masks and frames judged as the real ones do."""
 
 from __future__ import annotations
 
