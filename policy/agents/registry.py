@@ -5,6 +5,7 @@ burden those that do not.
 import difflib
 import importlib
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, cast
 
@@ -28,6 +29,19 @@ LEARNED = frozenset({"gcrl"})
 
 class UnknownPolicyError(ValueError):
     """A policy name or option that this version cannot serve: one line."""
+
+
+@dataclass(frozen=True)
+class PolicyChoice:
+    """Which method flies, with its checkpoint and its constructor's options."""
+
+    name: str
+    checkpoint: str | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def build(self) -> Agent:
+        """A fresh agent of this choice; raises as :func:`make_agent`."""
+        return make_agent(self.name, checkpoint=self.checkpoint, **self.options)
 
 
 def policy_names() -> tuple[str, ...]:
