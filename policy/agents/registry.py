@@ -6,6 +6,7 @@ import difflib
 import importlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, cast
 
@@ -67,10 +68,15 @@ def make_agent(name: str, *, checkpoint: str | None = None, **options: Any) -> A
     Raises :class:`UnknownPolicyError`; a learned method's own CheckpointError passes through.
     """
     check_name(name)
-    if checkpoint is not None and name not in LEARNED:
-        raise UnknownPolicyError(f'policy "{name}" does not learn and takes no checkpoint; leave the checkpoint out')
+    if checkpoint is not None:
+        if name not in LEARNED:
+            raise UnknownPolicyError(f'policy "{name}" does not learn and takes no checkpoint; leave it out')
+        options["evaluator"] = _evaluator(Path(checkpoint))
     module_name, class_name = POLICIES[name]
     factory = getattr(importlib.import_module(module_name), class_name)
-    if checkpoint is not None:
-        options["checkpoint"] = checkpoint
     return cast("Agent", factory(**options))
+
+
+def _evaluator(path: Path) -> Any:
+    """The trained networks, run by onnxruntime."""
+    return importlib.import_module("policy.model.checkpoint").load_evaluator(path)

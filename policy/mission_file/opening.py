@@ -49,7 +49,7 @@ def _walk(mission: Mission) -> UserTraces:
             scenario.slot_s,
             scenario.area.size_m,
             mission.users.seed,
-            WALKER_PRESETS[mission.users.preset or DEFAULT_PRESET],
+            params=WALKER_PRESETS[mission.users.preset or DEFAULT_PRESET],
             obstacles=tuple(obstacle.polygon_m for obstacle in scenario.area.obstacles),
         )
     except ValueError as error:  # an area so full of obstacles that nobody has room

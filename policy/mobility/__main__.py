@@ -50,9 +50,7 @@ def synthetic_statistics(real: RealSet, num_users: int, seeds: int) -> list[Mobi
     """One crowd a seed, as many users on as large an area as in ``real``."""
     params = WALKER_PRESETS[real.preset]
     return [
-        mobility_statistics(
-            generate_walkers(num_users, NUM_SAMPLES, SLOT_S, real.area_size_m, seed, params=params)
-        )
+        mobility_statistics(generate_walkers(num_users, NUM_SAMPLES, SLOT_S, real.area_size_m, seed, params=params))
         for seed in range(seeds)
     ]
 
