@@ -1,7 +1,7 @@
 """``policy train``: trains gcrl on a mission's users, checkpoints into a folder."""
 
 import argparse
-import importlib.util
+import importlib
 import math
 import sys
 from pathlib import Path
@@ -30,8 +30,7 @@ def add_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
 
 def run(options: argparse.Namespace) -> None:
     """Train and say where the checkpoint is."""
-    if importlib.util.find_spec("torch") is None:
-        raise CommandError("training needs the [train] extra: pip install 'uav-crowdsensing[train]'")
+    _need_torch()
     mission = vary(load_mission(options.mission), max_accel_mps2=options.accel)
     scenario, sampler = episode_sampler(mission)
     _make_folder(options.out)
@@ -51,6 +50,13 @@ def run(options: argparse.Namespace) -> None:
         except TrainingError as error:
             raise CommandError(str(error)) from error
     print(f"trained {options.episodes} episodes: {path}")
+
+
+def _need_torch() -> None:
+    try:
+        importlib.import_module("torch")
+    except ImportError as error:
+        raise CommandError("training needs the [train] extra: pip install 'uav-crowdsensing[train]'") from error
 
 
 def _make_folder(path: Path) -> None:
