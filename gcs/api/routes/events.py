@@ -19,6 +19,7 @@ MAX_ID = 2**31 - 1
 @router.get("/events")
 def events(
     context: Context,
+    *,
     campaign_id: Annotated[str | None, Query(max_length=64, pattern="^[A-Za-z0-9_-]+$")] = None,
     severity: Annotated[Severity | None, Query(description="this one and all above it")] = None,
     kind: Annotated[str | None, Query(max_length=64, pattern="^[A-Za-z0-9_.-]+$")] = None,
