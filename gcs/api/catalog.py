@@ -6,7 +6,7 @@ from pathlib import Path
 from gcs.api.schemas import CampaignStatic, ObstacleView
 from gcs.store.campaigns import Campaigns
 from gcs.store.records import CampaignRecord
-from policy.mission_file import Mission, parse_mission
+from policy.mission_file import Mission, MissionError, parse_mission
 from policy.world.frames import LocalFrame
 
 KEPT = 64  # campaigns in memory; older ones are read again
@@ -39,17 +39,25 @@ class Catalog:
 
     def static(self, campaign_id: str) -> CampaignStatic | None:
         """What does not change, or None for a campaign that is not in the store."""
-        record = self._campaigns.get(campaign_id)
-        return None if record is None else campaign_static(campaign_id, self.mission(record))
+        mission = self._find(campaign_id)
+        return None if mission is None else campaign_static(campaign_id, mission)
 
     def frame(self, campaign_id: str) -> LocalFrame | None:
         """Local metres of a campaign's area."""
+        mission = self._find(campaign_id)
+        return None if mission is None else mission.scenario.area.frame
+
+    def _find(self, campaign_id: str) -> Mission | None:
+        """None for a campaign that the store does not have or that this version cannot read."""
         with self._lock:
             known = self._missions.get(campaign_id)
-        if known is None:
-            record = self._campaigns.get(campaign_id)
-            known = None if record is None else self.mission(record)
-        return None if known is None else known.scenario.area.frame
+        record = self._campaigns.get(campaign_id) if known is None else None
+        if record is None:
+            return known
+        try:
+            return self.mission(record)
+        except MissionError:
+            return None
 
 
 def campaign_static(campaign_id: str, mission: Mission) -> CampaignStatic:

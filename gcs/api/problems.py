@@ -14,6 +14,8 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
+from policy.mission_file import MissionError
+
 MEDIA_TYPE = "application/problem+json"
 MAX_ERRORS = 20  # a batch of 10,000 wrong fixes is told by its first ones
 
@@ -40,6 +42,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(Problem, _on_problem)
     app.add_exception_handler(HTTPException, _on_http)
     app.add_exception_handler(RequestValidationError, _on_validation)
+    app.add_exception_handler(MissionError, _on_unreadable_record)
     app.add_exception_handler(Exception, _on_defect)
 
 
@@ -67,6 +70,11 @@ async def _on_validation(request: Request, error: Exception) -> Response:
     more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
     detail = f"{errors[0]['where']}: {errors[0]['detail']}{more}"
     return problem_response(422, detail, instance=request.url.path, errors=errors)
+
+
+async def _on_unreadable_record(request: Request, error: Exception) -> Response:
+    """A campaign of another version; documents that a client sends are answered for by ``campaign_documents``."""
+    return problem_response(409, f"this version cannot read it: {error}", instance=request.url.path)
 
 
 async def _on_defect(request: Request, error: Exception) -> Response:  # noqa: ARG001 the server logs it
