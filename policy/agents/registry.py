@@ -5,6 +5,8 @@ burden those that do not.
 import difflib
 import importlib
 from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, cast
 
@@ -30,6 +32,19 @@ class UnknownPolicyError(ValueError):
     """A policy name or option that this version cannot serve: one line."""
 
 
+@dataclass(frozen=True)
+class PolicyChoice:
+    """Which method flies, with its checkpoint and its constructor's options."""
+
+    name: str
+    checkpoint: str | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def build(self) -> Agent:
+        """A fresh agent of this choice; raises as :func:`make_agent`."""
+        return make_agent(self.name, checkpoint=self.checkpoint, **self.options)
+
+
 def policy_names() -> tuple[str, ...]:
     """What can be flown."""
     return tuple(POLICIES)
@@ -53,10 +68,15 @@ def make_agent(name: str, *, checkpoint: str | None = None, **options: Any) -> A
     Raises :class:`UnknownPolicyError`; a learned method's own CheckpointError passes through.
     """
     check_name(name)
-    if checkpoint is not None and name not in LEARNED:
-        raise UnknownPolicyError(f'policy "{name}" does not learn and takes no checkpoint; leave the checkpoint out')
+    if checkpoint is not None:
+        if name not in LEARNED:
+            raise UnknownPolicyError(f'policy "{name}" does not learn and takes no checkpoint; leave it out')
+        options["evaluator"] = _evaluator(Path(checkpoint))
     module_name, class_name = POLICIES[name]
     factory = getattr(importlib.import_module(module_name), class_name)
-    if checkpoint is not None:
-        options["checkpoint"] = checkpoint
     return cast("Agent", factory(**options))
+
+
+def _evaluator(path: Path) -> Any:
+    """The trained networks, run by onnxruntime."""
+    return importlib.import_module("policy.model.checkpoint").load_evaluator(path)

@@ -1,13 +1,14 @@
 """One campaign flown in the world model by one agent, recorded slot by slot."""
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 
 from policy.agents.base import Agent
-from policy.world.airspace import inside_area
+from policy.world.airspace import hits_obstacle
 from policy.world.arrays import BoolArray, FloatArray
 from policy.world.geometry import pairwise_distance_m
 from policy.world.metrics import Metrics, campaign_metrics
@@ -17,6 +18,7 @@ from policy.world.transition import Outcome, step
 
 LAUNCH_JITTER_M = 50.0
 """Half width of the square around the launch point from which seeds above 0 start."""
+JITTER_TRIES = 100
 
 
 class Places(Protocol):
@@ -69,7 +71,14 @@ class CampaignRecord:
         }
 
 
-def fly(scenario: Scenario, places: Places, agent: Agent, seed: int = 0) -> CampaignRecord:
+def fly(
+    scenario: Scenario,
+    places: Places,
+    agent: Agent,
+    seed: int = 0,
+    *,
+    on_slot: Callable[[], None] | None = None,
+) -> CampaignRecord:
     """Fly all slots of ``scenario`` with ``agent``; the agent sees users up to the present sample only."""
     agent.reset(scenario, seed)
     state = initial_state(scenario, places.positions(0))
@@ -83,19 +92,22 @@ def fly(scenario: Scenario, places: Places, agent: Agent, seed: int = 0) -> Camp
         record.outcomes.append(outcome)
         record.heading_rad.append(np.asarray(action.heading_rad, dtype=np.float64))
         record.speed_mps.append(np.asarray(action.speed_mps, dtype=np.float64))
+        if on_slot is not None:
+            on_slot()
     return record
 
 
 def jittered(scenario: Scenario, seed: int) -> Scenario:
-    """The campaign for one seed: 0 starts at the launch point, others within 50 m of it, inside the area."""
+    """The campaign for one seed: 0 starts at the launch point, others within 50 m of it where a UAV may be."""
     if seed == 0:
         return scenario
     rng = np.random.default_rng(seed)
-    offset_m = rng.uniform(-LAUNCH_JITTER_M, LAUNCH_JITTER_M, size=(1, 2))
-    moved = np.clip(scenario.launch_enu_m + offset_m, 0.0, np.asarray(scenario.area.size_m))
-    if not np.all(inside_area(moved, scenario)):
-        raise ValueError("launch points must lie inside the area")
-    return replace(scenario, launch_enu_m=moved)
+    for _ in range(JITTER_TRIES):
+        offset_m = rng.uniform(-LAUNCH_JITTER_M, LAUNCH_JITTER_M, size=(1, 2))
+        moved = np.clip(scenario.launch_enu_m + offset_m, 0.0, np.asarray(scenario.area.size_m))
+        if not np.any(hits_obstacle(moved, scenario, scenario.obstacle_margin_m)):
+            return replace(scenario, launch_enu_m=moved)
+    return scenario  # hemmed in by obstacles: the launch point itself is known to be clear
 
 
 def _too_close(scenario: Scenario, state: WorldState, minimum_m: float = 5.0) -> int:

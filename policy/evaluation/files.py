@@ -1,0 +1,40 @@
+"""Result files: the folder is checked before hours of work, and a reader never sees half a file."""
+
+import os
+import tempfile
+from pathlib import Path
+
+
+class OutputError(ValueError):
+    """A result cannot be written there: one line."""
+
+
+def check_destination(path: Path) -> None:
+    """Raise :class:`OutputError` unless a file can be written at ``path``."""
+    try:
+        is_folder, has_folder = path.is_dir(), path.parent.is_dir()
+    except (OSError, ValueError) as error:  # a name too long, or with NUL
+        raise OutputError(f"{str(path)!a}: is no usable file name: {error}") from error
+    if is_folder:
+        raise OutputError(f"{path}: is a folder; name a file")
+    if not has_folder:
+        raise OutputError(f"{path}: there is no folder {path.parent}; create it first")
+    if not os.access(path.parent, os.W_OK):
+        raise OutputError(f"{path}: the folder {path.parent} may not be written to")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write ``path`` at once: a temporary file beside it takes its place when it is complete."""
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+    part = Path(name)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
+            file.write(text)
+        part.chmod(0o644)
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error

@@ -1,0 +1,191 @@
+"""JSON forms of scenario, state and decision: strict models, and the way there and back.
+
+Arrays are lists in the order of the dataclasses' own fields and units; an infinite acceleration limit is null.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from policy.agents.base import Decision
+from policy.world.channel import Radio
+from policy.world.scenario import Area, Objective, Obstacle, Scenario
+from policy.world.state import JointAction, WorldState
+
+MAX_UAVS = 250
+MAX_USERS = 10_000
+
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Pair = Annotated[list[Number], Field(min_length=2, max_length=2)]
+UavPairs = Annotated[list[Pair], Field(min_length=1, max_length=MAX_UAVS)]
+UavNumbers = Annotated[list[Number], Field(min_length=1, max_length=MAX_UAVS)]
+UserPairs = Annotated[list[Pair], Field(min_length=1, max_length=MAX_USERS)]
+UserNumbers = Annotated[list[Number], Field(min_length=1, max_length=MAX_USERS)]
+
+
+class _Wire(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+
+class ObstacleWire(_Wire):
+    """One building."""
+
+    name: Annotated[str, Field(max_length=100)]
+    height_m: Number
+    polygon_m: Annotated[list[Pair], Field(min_length=3, max_length=100)]
+
+
+class ScenarioWire(_Wire):
+    """The fixed part of a campaign, as in the mission file but with what follows from it worked out."""
+
+    south_west_deg: Pair
+    size_m: Pair
+    obstacles: Annotated[list[ObstacleWire], Field(max_length=200)] = []
+    launch_enu_m: UavPairs
+    collect_mbps: UserNumbers
+    slots: Annotated[int, Field(ge=1, le=1_000_000)]
+    slot_s: Annotated[float, Field(ge=1.0, le=600.0)]
+    altitude_m: Number
+    max_speed_mps: Annotated[float, Field(gt=0.0, le=60.0)]
+    max_accel_mps2: Annotated[float, Field(ge=0.1, le=1000.0)] | None = None
+    battery_j: Annotated[float, Field(gt=0.0, le=1e12)]
+    radio: dict[str, Number] = {}
+    objective: dict[str, Number] = {}
+    obstacle_margin_m: Annotated[float, Field(ge=0.0, le=1000.0)] = 15.0
+    layer_m: Annotated[float, Field(ge=0.0, le=100.0)] = 5.0
+
+
+class StateWire(_Wire):
+    """The beginning of a slot: places of UAVs and users now, never later ones."""
+
+    slot: Annotated[int, Field(ge=0)]
+    uav_pos_enu_m: UavPairs
+    uav_vel_enu_mps: UavPairs
+    uav_energy_j: UavNumbers
+    uav_active: Annotated[list[bool], Field(min_length=1, max_length=MAX_UAVS)]
+    user_pos_enu_m: UserPairs
+    user_data_mb: UserNumbers
+    user_aoi_slots: UserNumbers
+    user_active: Annotated[list[bool], Field(min_length=1, max_length=MAX_USERS)]
+
+
+class DecisionWire(BaseModel):
+    """The answer for one slot, one entry a UAV; headings clockwise from north."""
+
+    campaign_id: str
+    slot: int
+    policy: str
+    heading_rad: list[float]
+    heading_deg: list[float]
+    speed_mps: list[float]
+    value: float | None
+    decision_ms: float
+    explanation: dict[str, Any]
+
+
+def scenario_document(scenario: Scenario) -> dict[str, Any]:
+    """JSON-able form of a scenario."""
+    accel = scenario.max_accel_mps2
+    return {
+        "south_west_deg": list(scenario.area.south_west_deg),
+        "size_m": list(scenario.area.size_m),
+        "obstacles": [
+            {"name": o.name, "height_m": o.height_m, "polygon_m": [list(corner) for corner in o.polygon_m]}
+            for o in scenario.area.obstacles
+        ],
+        "launch_enu_m": scenario.launch_enu_m.tolist(),
+        "collect_mbps": scenario.collect_mbps.tolist(),
+        "slots": scenario.slots,
+        "slot_s": scenario.slot_s,
+        "altitude_m": scenario.altitude_m,
+        "max_speed_mps": scenario.max_speed_mps,
+        "max_accel_mps2": None if math.isinf(accel) else accel,
+        "battery_j": scenario.battery_j,
+        "radio": asdict(scenario.radio),
+        "objective": asdict(scenario.objective),
+        "obstacle_margin_m": scenario.obstacle_margin_m,
+        "layer_m": scenario.layer_m,
+    }
+
+
+def scenario_from(wire: ScenarioWire) -> Scenario:
+    """The scenario itself; TypeError for radio or objective names that are none."""
+    (lat, lon), (width_m, depth_m) = wire.south_west_deg, wire.size_m
+    obstacles = tuple(Obstacle(o.name, o.height_m, tuple((e, n) for e, n in o.polygon_m)) for o in wire.obstacles)
+    return Scenario(
+        area=Area((lat, lon), (width_m, depth_m), obstacles),
+        launch_enu_m=np.asarray(wire.launch_enu_m, dtype=np.float64),
+        collect_mbps=np.asarray(wire.collect_mbps, dtype=np.float64),
+        slots=wire.slots,
+        slot_s=wire.slot_s,
+        altitude_m=wire.altitude_m,
+        max_speed_mps=wire.max_speed_mps,
+        max_accel_mps2=math.inf if wire.max_accel_mps2 is None else wire.max_accel_mps2,
+        battery_j=wire.battery_j,
+        radio=Radio(**wire.radio),
+        objective=Objective(**wire.objective),
+        obstacle_margin_m=wire.obstacle_margin_m,
+        layer_m=wire.layer_m,
+    )
+
+
+def state_document(state: WorldState) -> dict[str, Any]:
+    """JSON-able form of a state without batch dimensions."""
+    arrays = {name: np.asarray(getattr(state, name)).tolist() for name in StateWire.model_fields if name != "slot"}
+    return {"slot": int(state.slot), **arrays}
+
+
+def state_from(wire: StateWire) -> WorldState:
+    """The state itself; whether it fits its campaign is for ``validity.check_state``."""
+    return WorldState(
+        slot=wire.slot,
+        uav_pos_enu_m=np.asarray(wire.uav_pos_enu_m, dtype=np.float64),
+        uav_vel_enu_mps=np.asarray(wire.uav_vel_enu_mps, dtype=np.float64),
+        uav_energy_j=np.asarray(wire.uav_energy_j, dtype=np.float64),
+        uav_active=np.asarray(wire.uav_active, dtype=np.bool_),
+        user_pos_enu_m=np.asarray(wire.user_pos_enu_m, dtype=np.float64),
+        user_data_mb=np.asarray(wire.user_data_mb, dtype=np.float64),
+        user_aoi_slots=np.asarray(wire.user_aoi_slots, dtype=np.float64),
+        user_active=np.asarray(wire.user_active, dtype=np.bool_),
+    )
+
+
+def decision_document(
+    campaign_id: str, slot: int, policy: str, decision: Decision, decision_ms: float
+) -> dict[str, Any]:
+    """JSON-able answer."""
+    heading_rad = np.asarray(decision.action.heading_rad, dtype=np.float64)
+    return {
+        "campaign_id": campaign_id,
+        "slot": slot,
+        "policy": policy,
+        "heading_rad": heading_rad.tolist(),
+        "heading_deg": np.degrees(heading_rad).tolist(),
+        "speed_mps": np.asarray(decision.action.speed_mps, dtype=np.float64).tolist(),
+        "value": plain(decision.value),
+        "decision_ms": decision_ms,
+        "explanation": plain(decision.explanation),
+    }
+
+
+def decision_from(wire: DecisionWire) -> Decision:
+    """The decision itself."""
+    action = JointAction(np.asarray(wire.heading_rad), np.asarray(wire.speed_mps))
+    return Decision(action, wire.value, wire.explanation)
+
+
+def plain(value: Any) -> Any:
+    """Built-in types for JSON; a number that JSON cannot hold becomes null."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(inner) for inner in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, str | int) else str(value)
