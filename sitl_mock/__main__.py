@@ -1,4 +1,4 @@
-"""Command line: `python -m sitl_mock --count N` starts N mock autopilots. docs/mock.md describes the options."""
+"""Command line: `python -m sitl_mock --count N` starts N mock autopilots (docs/mock.md)."""
 
 from __future__ import annotations
 

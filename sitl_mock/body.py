@@ -37,7 +37,7 @@ class Body:
     def __init__(self, fleet: Fleet, index: int, pad: Geodetic) -> None:
         """`pad`: where the vehicle stands at boot."""
         self._fleet, self.index, self.pad = fleet, index, pad
-        self._row = fleet._state[index]  # noqa: SLF001 - the body is the fleet's own window
+        self._row = fleet.row(index)
         self._command = fleet.command[index]
         self._drained_j = 0.0
 

@@ -143,6 +143,10 @@ def _fault(row: Any, where: str, vehicles: int, modes: tuple[str, ...]) -> Fault
     if type(vehicle) is not int or not 0 <= vehicle <= vehicles:
         raise FaultFileError(f"{where}: vehicle = {vehicle!r} is none of 0 (all) to {vehicles}")
     fault = Fault(**row)
+    if fault.for_s <= 0:
+        raise FaultFileError(
+            f"{where}: for_s = {fault.for_s} is over before it begins; leave it out for no end"
+        )
     if fault.direction not in {"up", "down", "both"}:
         raise FaultFileError(f"{where}: direction = {fault.direction!r} is none of up, down, both")
     if kind.low is not None and not kind.low <= fault.value <= kind.high:

@@ -46,3 +46,8 @@ def to_ned_m(origin: Geodetic, place: Geodetic) -> tuple[float, float, float]:
     across_m = (prime_m + origin.alt_amsl_m) * cos(radians(middle_deg))
     east_m = radians(place.lon_deg - origin.lon_deg) * across_m
     return north_m, east_m, origin.alt_amsl_m - place.alt_amsl_m
+
+
+def plausible(place: Geodetic) -> bool:
+    """Whether this is a place on the globe that a vehicle could be sent to (False for NaN)."""
+    return abs(place.lat_deg) <= 90.0 and abs(place.lon_deg) <= 180.0 and abs(place.alt_amsl_m) <= 1e5

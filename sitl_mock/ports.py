@@ -38,7 +38,7 @@ class Port:
         except OSError as error:
             self.socket.close()
             raise PortTakenError(
-                f"UDP {host}:{port} cannot be bound ({error.strerror}); free it or choose --first-port or --host"
+                f"UDP {host}:{port} cannot be bound ({error.strerror}): free it or change --first-port"
             ) from error
         self.address: Address = self.socket.getsockname()
         self._peers: dict[Address, int] = {}  # oldest first

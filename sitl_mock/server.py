@@ -1,4 +1,4 @@
-"""The mock on the network: vehicles' UDP ports around a simulation, driven by the wall clock or in lock step."""
+"""The mock on the network: UDP ports around a simulation, driven by the wall clock or in lock step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""N autopilots in one air: physics, links and faults advanced together in fixed steps. No socket, no clock."""
+"""N autopilots in one air: physics, links and faults advance in fixed steps. No socket, no clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""ArduCopter 4.5's manners. "Measured" was seen on its own simulation (docs/mock.md); the rest names its source file."""
+"""ArduCopter 4.5's manners. "Measured" was seen on its own simulation; the rest names its source file."""
 
 from __future__ import annotations
 
@@ -79,9 +79,9 @@ def _limits(params: ParamTable, kind: VehicleType) -> VehicleType:
     return replace(
         kind,
         max_lean_rad=radians(min(max(params["ANGLE_MAX"], 1000.0), 8000.0) / 100),
-        max_accel_mps2=max(params["WPNAV_ACCEL"], 50.0) / 100,
-        max_jerk_mps3=max(params["PSC_JERK_XY"], 1.0),
-        max_accel_z_mps2=max(params["WPNAV_ACCEL_Z"], 50.0) / 100,
+        max_accel_mps2=min(max(params["WPNAV_ACCEL"], 50.0), 1000.0) / 100,
+        max_jerk_mps3=min(max(params["PSC_JERK_XY"], 1.0), 20.0),
+        max_accel_z_mps2=min(max(params["WPNAV_ACCEL_Z"], 50.0), 500.0) / 100,
     )
 
 
@@ -117,8 +117,8 @@ def _link_rule(params: ParamTable) -> LinkRule:
     return LinkRule(params["FS_GCS_ENABLE"] != 0, timeout_s, ground, action, "GCS Failsafe")
 
 
-# MISSION_FLOAT, PARAM_FLOAT, MISSION_INT, COMMAND_INT, SET_POSITION_TARGET_LOCAL and _GLOBAL, FLIGHT_TERMINATION,
-# MAVLINK2, MISSION_FENCE, MISSION_RALLY, PARAM_ENCODE_C_CAST (GCS_Common.cpp, capabilities()).
+# MISSION_FLOAT, PARAM_FLOAT, MISSION_INT, COMMAND_INT, SET_POSITION_TARGET_LOCAL and _GLOBAL,
+# FLIGHT_TERMINATION, MAVLINK2, MISSION_FENCE, MISSION_RALLY, PARAM_ENCODE_C_CAST (GCS_Common.cpp).
 _CAPABILITIES = 1 | 2 | 4 | 8 | 128 | 256 | 2048 | 8192 | 16384 | 32768 | 131072
 
 ARDUPILOT = Flavour(

@@ -11,8 +11,8 @@ from sitl_mock.autopilot import missions, setpoints, streams
 from sitl_mock.autopilot.constants import FORCE_MAGIC, Command, Frame, Result, Severity
 from sitl_mock.autopilot.modes import Behaviour, Mode
 from sitl_mock.autopilot.state import PositionTarget, TakeoffTarget, Vehicle
-from sitl_mock.autopilot.telemetry import BUILDERS, available
-from sitl_mock.geodesy import Geodetic, to_ned_m
+from sitl_mock.autopilot.telemetry import BUILDERS, available, ready
+from sitl_mock.geodesy import Geodetic, plausible, to_ned_m
 from sitl_mock.wire.definition import BY_ID
 
 if TYPE_CHECKING:
@@ -120,10 +120,10 @@ def _takeoff_down_m(vehicle: Vehicle, order: Order) -> float | None:
     """The height asked for, as NED from the pad; None when it is none."""
     height = order[7]
     if vehicle.flavour.takeoff_is_amsl:
-        if not isfinite(height):
+        if not abs(height) <= 1e5:  # NaN too
             return vehicle.body.down_m - vehicle.params["MIS_TAKEOFF_ALT"]
         return vehicle.body.pad.alt_amsl_m - height
-    return vehicle.home_ned_m[2] - height if isfinite(height) and height > 0 else None
+    return vehicle.home_ned_m[2] - height if 0 < height <= 1e5 else None
 
 
 def _takeoff(vehicle: Vehicle, order: Order) -> Verdict:
@@ -186,10 +186,7 @@ def _go_to_mode(behaviour: Behaviour) -> Handler:
 
 def _reposition(vehicle: Vehicle, order: Order) -> Verdict:
     """DO_REPOSITION: fly there and stay. ArduCopter accepts it disarmed too (measured)."""
-    lat_deg, lon_deg, alt_m = order[5], order[6], order[7]
-    if not (isfinite(lat_deg) and isfinite(lon_deg)):
-        return Verdict(Result.DENIED)
-    place = vehicle.body.place
+    alt_m, here = order[7], vehicle.body.place
     if isfinite(alt_m):
         up_m = alt_m + (
             vehicle.home.alt_amsl_m
@@ -197,7 +194,10 @@ def _reposition(vehicle: Vehicle, order: Order) -> Verdict:
             else 0.0
         )
     else:
-        up_m = place.alt_amsl_m
+        up_m = here.alt_amsl_m
+    place = Geodetic(order[5], order[6], up_m)
+    if not plausible(place):
+        return Verdict(Result.DENIED)
     behaviour = Behaviour.HOLD if vehicle.flavour.takeoff_switches_mode else Behaviour.GUIDED
     if vehicle.mode.behaviour is not behaviour:
         verdict = request_mode(vehicle, vehicle.flavour.modes.doing(behaviour))
@@ -205,9 +205,7 @@ def _reposition(vehicle: Vehicle, order: Order) -> Verdict:
             return verdict
     if vehicle.flying:
         speed = order[1] if isfinite(order[1]) and order[1] > 0 else None
-        vehicle.target = PositionTarget(
-            to_ned_m(vehicle.body.pad, Geodetic(lat_deg, lon_deg, up_m)), None, speed
-        )
+        vehicle.target = PositionTarget(to_ned_m(vehicle.body.pad, place), None, speed)
     return _DONE
 
 
@@ -236,9 +234,10 @@ def _set_home(vehicle: Vehicle, order: Order) -> Verdict:
     if order[1] == 1.0:
         vehicle.home_ned_m = vehicle.body.pos_ned_m
         return _DONE
-    if not all(map(isfinite, order.params[4:])):
+    place = Geodetic(order[5], order[6], order[7])
+    if not plausible(place):
         return Verdict(Result.FAILED)
-    vehicle.home_ned_m = to_ned_m(vehicle.body.pad, Geodetic(order[5], order[6], order[7]))
+    vehicle.home_ned_m = to_ned_m(vehicle.body.pad, place)
     return _DONE
 
 
@@ -280,7 +279,7 @@ def _message(vehicle: Vehicle, number: float) -> str | None:
 
 def _request_message(vehicle: Vehicle, order: Order) -> Verdict:
     name = _message(vehicle, order[1])
-    if name is None:
+    if name is None or not ready(vehicle, name):
         return Verdict(vehicle.flavour.unknown_message_result)
     vehicle.reply(order.peer, name, **BUILDERS[name](vehicle))
     return _DONE
@@ -292,6 +291,8 @@ def _version_request(vehicle: Vehicle, order: Order) -> Verdict:
 
 
 def _home_request(vehicle: Vehicle, order: Order) -> Verdict:
+    if not ready(vehicle, "HOME_POSITION"):
+        return Verdict(Result.DENIED)
     vehicle.reply(order.peer, "HOME_POSITION", **BUILDERS["HOME_POSITION"](vehicle))
     return _DONE
 

@@ -12,7 +12,7 @@ from sitl_mock.autopilot.inbox import say_param
 from sitl_mock.autopilot.parameters import ParamTable
 from sitl_mock.autopilot.state import Faults, Note, Vehicle
 from sitl_mock.autopilot.streams import Streams
-from sitl_mock.autopilot.telemetry import BUILDERS, available
+from sitl_mock.autopilot.telemetry import BUILDERS, ready
 from sitl_mock.physics.fleet import TICK_S
 from sitl_mock.wire import Frame, encode
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _PARAMS_A_TICK = 4  # a full list takes a second or two, as over a real link
 _HEARTBEAT_HZ = 1.0
+_SLOW_TICKS = 5  # failsafes are looked at ten times a second, as ArduCopter's and PX4's are
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,7 @@ class Autopilot:
         streams = Streams({"HEARTBEAT": _HEARTBEAT_HZ, **flavour.default_streams_hz}, TICK_S)
         self.vehicle = Vehicle(system, flavour, body.kind, body, params, first, ready_at_s, streams)
         self._seq = 0
+        self._ticks = 0
         self._was_ready = False
         body.set_limits(flavour.limits(params, body.kind))
 
@@ -61,9 +63,12 @@ class Autopilot:
         vehicle.now_s = now_s
         if not self._was_ready and vehicle.ready:
             self._was_ready = True
-            ready = "EKF3 IMU0 is using GPS" if vehicle.flavour.name == "ardupilot" else "Ready for takeoff!"
-            vehicle.say(Severity.INFO, ready)
-        failsafe.check(vehicle)
+            text = "EKF3 IMU0 is using GPS" if vehicle.flavour.name == "ardupilot" else "Ready for takeoff!"
+            vehicle.say(Severity.INFO, text)
+        failsafe.ground_contact(vehicle)
+        self._ticks += 1
+        if self._ticks % _SLOW_TICKS == 0:
+            failsafe.check(vehicle)
         missions.tick(vehicle)
         if vehicle.armed:
             drive = RUN[vehicle.mode.behaviour](vehicle)
@@ -72,7 +77,7 @@ class Autopilot:
             vehicle.body.drive((0.0, 0.0, 0.0), None, motors=False)
 
     def switch_by_radio(self, name: str) -> None:
-        """A pilot takes over with the radio's mode switch; the ground's mode changes are refused from now on."""
+        """A pilot takes over with the radio's mode switch; the ground's mode changes are refused."""
         mode = self.vehicle.flavour.modes.by_name(name)
         if mode is None:
             known = ", ".join(self.vehicle.flavour.modes.names)
@@ -94,7 +99,7 @@ class Autopilot:
             rest = [(peer, at + _PARAMS_A_TICK)] if at + _PARAMS_A_TICK < len(vehicle.params) else []
             vehicle.params_due = vehicle.params_due[1:] + rest
         for name in vehicle.streams.due(vehicle.now_s):
-            if available(vehicle, name):
+            if ready(vehicle, name):
                 vehicle.notes.append(Note(None, name, BUILDERS[name](vehicle)))
         if not vehicle.notes:
             return []

@@ -1,4 +1,4 @@
-"""Failsafes: battery, ground-station link, position estimate. Each is checked every tick and acts once."""
+"""Failsafes: battery, ground-station link, position estimate. Each acts once."""
 
 from __future__ import annotations
 
@@ -112,8 +112,7 @@ def ground_contact(vehicle: Vehicle) -> None:
 
 
 def check(vehicle: Vehicle) -> None:
-    """All of them."""
-    ground_contact(vehicle)
+    """All but the ground contact, which every tick looks at."""
     battery(vehicle)
     ground_link(vehicle)
     position(vehicle)

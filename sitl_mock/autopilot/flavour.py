@@ -1,4 +1,4 @@
-"""Where the two autopilots differ, as data and a few small functions. `px4.py` and `ardupilot.py` fill it in."""
+"""Where the two autopilots differ, as data and small functions. `px4.py` and `ardupilot.py` fill it in."""
 
 from __future__ import annotations
 

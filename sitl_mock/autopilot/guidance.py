@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import hypot, sqrt
 from typing import TYPE_CHECKING
 
-from sitl_mock.autopilot import missions
+from sitl_mock.autopilot import mission_flight
 from sitl_mock.autopilot.constants import Severity
 from sitl_mock.autopilot.modes import Behaviour
 from sitl_mock.autopilot.state import PositionTarget, TakeoffTarget, Vehicle, VelocityTarget
@@ -32,7 +32,7 @@ class Drive:
 
 def closing_speed(distance_m: float, top_mps: float, accel_mps2: float) -> float:
     """Speed that still stops at the goal: proportional near it, then a square root, then `top_mps`."""
-    brake = _BRAKE_SHARE * accel_mps2
+    brake, top_mps = _BRAKE_SHARE * accel_mps2, max(top_mps, 0.0)
     linear_m = brake / _POSITION_GAIN_1PS**2
     if distance_m <= linear_m:
         return min(top_mps, _POSITION_GAIN_1PS * distance_m)
@@ -172,10 +172,10 @@ def _land(vehicle: Vehicle) -> Drive:
 
 def _mission(vehicle: Vehicle) -> Drive:
     """Flies the stored items one after the other, then holds."""
-    step = missions.current_step(vehicle)
-    if step is missions.Step.RETURN:
+    step = mission_flight.current_step(vehicle)
+    if step is mission_flight.Step.RETURN:
         return _return(vehicle)
-    if step is missions.Step.LAND:
+    if step is mission_flight.Step.LAND:
         return _land(vehicle)
     return _takeoff(vehicle, vehicle.target) if isinstance(vehicle.target, TakeoffTarget) else _hold(vehicle)
 

@@ -1,17 +1,16 @@
-"""Mission, fence and rally storage with its transfer protocol, and the flight through the mission's items.
+"""Mission, fence and rally storage with its transfer protocol.
 
-https://mavlink.io/en/services/mission.html: items are asked for one by one, asked again after 250 ms, 5 times.
+https://mavlink.io/en/services/mission.html: items are asked for one by one, again after 250 ms, 5 times.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import Enum, IntEnum
-from math import dist, isfinite
+from enum import IntEnum
+from math import isnan
 from typing import TYPE_CHECKING, Any
 
-from sitl_mock.autopilot.constants import Command, Frame
-from sitl_mock.geodesy import Geodetic, to_ned_m
+from sitl_mock.autopilot.constants import Frame
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -23,9 +22,8 @@ MISSION, FENCE, RALLY = 0, 1, 2  # MAV_MISSION_TYPE
 _ALL = 255
 _MAX_ITEMS = 700
 _RETRY_S, _RETRIES = 0.25, 5
-_REACHED_M = 2.0  # WPNAV_RADIUS 200 cm
-_RELATIVE = {Frame.GLOBAL_RELATIVE_ALT, Frame.GLOBAL_RELATIVE_ALT_INT}
-_GLOBAL = _RELATIVE | {Frame.GLOBAL, Frame.GLOBAL_INT}
+RELATIVE = {Frame.GLOBAL_RELATIVE_ALT, Frame.GLOBAL_RELATIVE_ALT_INT}
+GLOBAL = RELATIVE | {Frame.GLOBAL, Frame.GLOBAL_INT}
 
 
 class Outcome(IntEnum):
@@ -34,16 +32,9 @@ class Outcome(IntEnum):
     ACCEPTED = 0
     ERROR = 1
     NO_SPACE = 4
+    INVALID_PARAM5_X = 10
     INVALID_SEQUENCE = 13
     CANCELLED = 15
-
-
-class Step(Enum):
-    """What the present item makes the vehicle do."""
-
-    FLY = "fly to the target"
-    RETURN = "return"
-    LAND = "land"
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,11 +72,17 @@ class Store:
     upload: _Upload | None = None
 
 
-def _item(values: Mapping[str, Any], *, is_int: bool) -> Item:
+def _item(values: Mapping[str, Any], *, is_int: bool) -> Item | None:
+    """The item received, None if its place is none on the globe."""
     params = (values["param1"], values["param2"], values["param3"], values["param4"])
     scale = 1 if is_int else 1e7
     x, y = values["x"] * scale, values["y"] * scale
-    east, north = (round(y), round(x)) if isfinite(x) and isfinite(y) else (0, 0)
+    if isnan(x) or isnan(y):  # PX4: the present place
+        x = y = 0
+    on_globe = abs(x) <= 90e7 and abs(y) <= 180e7
+    if not (on_globe if values["frame"] in GLOBAL else max(abs(x), abs(y)) < 2**31):
+        return None
+    north, east = round(x), round(y)
     return Item(values["command"], values["frame"], params, north, east, values["z"], values["autocontinue"])
 
 
@@ -157,7 +154,12 @@ def _received(vehicle: Vehicle, message: Message, peer: int, kind: int) -> None:
         return
     if message["seq"] != len(upload.items):
         return  # a repeated item; the one that is missing has been asked for
-    upload.items.append(_item(message.values, is_int=message.name == "MISSION_ITEM_INT"))
+    item = _item(message.values, is_int=message.name == "MISSION_ITEM_INT")
+    if item is None:
+        vehicle.missions.upload = None
+        _ack(vehicle, _sender(message, peer), Outcome.INVALID_PARAM5_X, kind)
+        return
+    upload.items.append(item)
     upload.tries = 1
     if len(upload.items) < upload.count:
         _ask(vehicle, upload)
@@ -231,55 +233,3 @@ def tick(vehicle: Vehicle) -> None:
 def stored(vehicle: Vehicle) -> bool:
     """Whether there is a mission to fly."""
     return bool(vehicle.missions.plans[MISSION])
-
-
-def _place_ned_m(vehicle: Vehicle, item: Item) -> tuple[float, float, float]:
-    here = vehicle.body.pos_ned_m
-    up_m = item.z + (vehicle.home.alt_amsl_m if item.frame in _RELATIVE else 0.0)
-    if item.frame not in _GLOBAL or (item.x, item.y) == (0, 0):
-        return here[0], here[1], vehicle.body.pad.alt_amsl_m - up_m
-    return to_ned_m(vehicle.body.pad, Geodetic(item.x / 1e7, item.y / 1e7, up_m))
-
-
-def current_step(vehicle: Vehicle) -> Step:
-    """Sets the target of the present item and moves on when it is reached."""
-    from sitl_mock.autopilot.state import PositionTarget, TakeoffTarget  # noqa: PLC0415 - state holds the store
-
-    plan = vehicle.missions.plans[MISSION]
-    while vehicle.mission_item < len(plan):
-        item = plan[vehicle.mission_item]
-        if item.command == Command.NAV_RETURN_TO_LAUNCH:
-            return Step.RETURN
-        if item.command == Command.NAV_LAND:
-            return Step.LAND
-        target = vehicle.target
-        if item.command == Command.NAV_TAKEOFF and not vehicle.flying:
-            if not isinstance(target, TakeoffTarget):
-                north, east, _ = vehicle.body.pos_ned_m
-                lift_off_s = vehicle.now_s + vehicle.flavour.takeoff_delay_s
-                vehicle.target = TakeoffTarget((north, east, _place_ned_m(vehicle, item)[2]), lift_off_s)
-            return Step.FLY
-        if item.command in {Command.NAV_WAYPOINT, Command.NAV_TAKEOFF, Command.NAV_LOITER_UNLIM}:
-            # ArduPilot keeps home in item 0 and does not fly to it.
-            skip = (
-                vehicle.mission_item == 0
-                and vehicle.flavour.name == "ardupilot"
-                and item.command == Command.NAV_WAYPOINT
-            )
-            if not skip:
-                if not isinstance(target, PositionTarget | TakeoffTarget):
-                    target = vehicle.target = PositionTarget(_place_ned_m(vehicle, item))
-                if (
-                    dist(target.pos_ned_m, vehicle.body.pos_ned_m) > _REACHED_M
-                    or item.command == Command.NAV_LOITER_UNLIM
-                ):
-                    return Step.FLY
-                vehicle.notes.append(_reached(vehicle))
-        vehicle.mission_item, vehicle.target = vehicle.mission_item + 1, None
-    return Step.FLY
-
-
-def _reached(vehicle: Vehicle) -> Any:
-    from sitl_mock.autopilot.state import Note  # noqa: PLC0415 - state holds the store
-
-    return Note(None, "MISSION_ITEM_REACHED", {"seq": vehicle.mission_item})

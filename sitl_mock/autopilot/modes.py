@@ -1,4 +1,4 @@
-"""Flight modes: what the two flavours call them, their custom_mode numbers, and what the vehicle then does."""
+"""Flight modes: the names and custom_mode numbers of the two flavours, and what the vehicle then does."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Mode:
 
 _STAB = BaseMode.CUSTOM | BaseMode.STABILIZE | BaseMode.MANUAL
 _AUTO = BaseMode.CUSTOM | BaseMode.STABILIZE | BaseMode.AUTO | BaseMode.GUIDED
-# ArduCopter sets GUIDED for every mode with its own navigation and never the AUTO bit (GCS_Mavlink.cpp, base_mode()).
+# ArduCopter sets GUIDED for every mode with its own navigation, never the AUTO bit (GCS_Mavlink.cpp).
 _ARDU_NAV = BaseMode.CUSTOM | BaseMode.STABILIZE | BaseMode.MANUAL | BaseMode.GUIDED
 
 # Mode::Number, ArduCopter/mode.h

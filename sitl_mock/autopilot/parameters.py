@@ -21,6 +21,7 @@ class ParamType(IntEnum):
     REAL32 = 9
 
 
+_FLOAT_MAX = 3.4e38  # of a 32-bit float
 _INT_RANGE = {ParamType.INT8: 7, ParamType.INT16: 15, ParamType.INT32: 31}
 
 
@@ -94,6 +95,7 @@ class ParamTable:
         if old is None:
             return None
         bits = _INT_RANGE.get(old.type)
-        if isfinite(value) and (bits is None or -(2**bits) <= value < 2**bits):
+        fits = abs(value) < _FLOAT_MAX if bits is None else -(2**bits) <= value < 2**bits
+        if fits:  # never for NaN
             self._params[name] = Param(name, old.index, old.type, _single(value) if bits is None else value)
         return self._params[name]

@@ -1,4 +1,4 @@
-"""PX4 1.15's manners. Defaults from its parameter definitions, verdicts from Commander and the failsafe framework."""
+"""PX4 1.15's manners. Defaults from its parameter definitions, verdicts from Commander and its failsafes."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ _STOCK: Defaults = {
 
 
 def _parameters(kind: VehicleType) -> Defaults:
-    """The stock set with this airframe's limits, as its builder would set them (18 m/s needs MPC_XY_VEL_MAX)."""
+    """The stock set with this airframe's limits, as its builder sets them (18 m/s needs MPC_XY_VEL_MAX)."""
     own: Defaults = {
         "BAT1_CAPACITY": (_F, kind.battery_mah),
         "BAT1_N_CELLS": (_I32, max(1, round(kind.battery_v / 3.7))),
@@ -84,12 +84,12 @@ def _parameters(kind: VehicleType) -> Defaults:
 
 
 def _limits(params: ParamTable, kind: VehicleType) -> VehicleType:
-    """MPC_XY_VEL_MAX (at most 20) truncates every horizontal velocity (multicopter_position_control_limits_params)."""
+    """MPC_XY_VEL_MAX (at most 20) truncates every horizontal velocity (mc_pos_control's limits)."""
     return replace(
         kind,
         max_speed_mps=min(max(params["MPC_XY_VEL_MAX"], 0.0), 20.0),
-        max_accel_mps2=max(params["MPC_ACC_HOR"], 2.0),
-        max_jerk_mps3=max(params["MPC_JERK_MAX"], 0.5),
+        max_accel_mps2=min(max(params["MPC_ACC_HOR"], 2.0), 15.0),
+        max_jerk_mps3=min(max(params["MPC_JERK_MAX"], 0.5), 500.0),
         max_lean_rad=radians(min(max(params["MPC_TILTMAX_AIR"], 20.0), 89.0)),
         climb_mps=min(max(params["MPC_Z_VEL_MAX_UP"], 0.5), 8.0),
         descent_mps=min(max(params["MPC_Z_VEL_MAX_DN"], 0.5), 4.0),
@@ -122,7 +122,7 @@ def _link_rule(params: ParamTable) -> LinkRule:
 
 
 # MISSION_FLOAT, MISSION_INT, COMMAND_INT, PARAM_ENCODE_BYTEWISE, FTP excluded, SET_ATTITUDE_TARGET,
-# SET_POSITION_TARGET_LOCAL and _GLOBAL, FLIGHT_TERMINATION, MAVLINK2, FENCE, RALLY (mavlink_main, get_capabilities).
+# SET_POSITION_TARGET_LOCAL and _GLOBAL, FLIGHT_TERMINATION, MAVLINK2, FENCE, RALLY.
 _CAPABILITIES = 1 | 4 | 8 | 16 | 128 | 256 | 2048 | 8192 | 16384 | 32768
 
 PX4 = Flavour(

@@ -1,4 +1,4 @@
-"""SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT to targets, with each type mask and frame judged as the real ones do."""
+"""SET_POSITION_TARGET messages to targets, type masks and frames judged as the real ones do."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from sitl_mock.autopilot.constants import Frame, Ignore
 from sitl_mock.autopilot.modes import Behaviour
 from sitl_mock.autopilot.state import PositionTarget, TakeoffTarget, Vehicle, VelocityTarget
-from sitl_mock.geodesy import Geodetic, to_ned_m
+from sitl_mock.geodesy import Geodetic, plausible, to_ned_m
 
 if TYPE_CHECKING:
     from sitl_mock.body import Vec3
@@ -21,6 +21,7 @@ _LOCAL = {Frame.LOCAL_NED, Frame.LOCAL_OFFSET_NED, Frame.BODY_NED, Frame.BODY_OF
 _BODY = {Frame.BODY_NED, Frame.BODY_OFFSET_NED}
 _STREAM_GAP_S = 0.5  # PX4 wants more than 2 Hz (protocol: offboard mode)
 _STREAM_MIN_S = 1.0
+_FARTHEST_M = 1e5  # a local position farther off than this is a mistake
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,16 +42,15 @@ def _position_ned_m(vehicle: Vehicle, message: Message) -> Vec3 | None:
     frame = message["coordinate_frame"]
     if message.name == "SET_POSITION_TARGET_LOCAL_NED":
         vec = _turned(vehicle, (message["x"], message["y"], message["z"]), frame)
-        if not all(map(isfinite, vec)):
+        if not all(abs(part) <= _FARTHEST_M for part in vec):  # NaN too
             return None
         if frame == Frame.LOCAL_NED:
             return vec
         here = vehicle.body.pos_ned_m
         return here[0] + vec[0], here[1] + vec[1], here[2] + vec[2]
-    if not isfinite(message["alt"]):
-        return None
     up = message["alt"] + (vehicle.home.alt_amsl_m if frame in _GLOBAL_RELATIVE else 0.0)
-    return to_ned_m(vehicle.body.pad, Geodetic(message["lat_int"] / 1e7, message["lon_int"] / 1e7, up))
+    place = Geodetic(message["lat_int"] / 1e7, message["lon_int"] / 1e7, up)
+    return to_ned_m(vehicle.body.pad, place) if plausible(place) else None
 
 
 def _yaw_rad(vehicle: Vehicle, message: Message) -> float | None:

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 _EPSILON_S = 1e-6
-# REQUEST_DATA_STREAM groups of ArduCopter (GCS_Mavlink.cpp, STREAM_*_msgs), as far as the mock has the messages.
+# REQUEST_DATA_STREAM groups of ArduCopter (GCS_Mavlink.cpp), as far as the mock has them.
 GROUPS: dict[int, tuple[str, ...]] = {
     2: ("SYS_STATUS", "MISSION_CURRENT", "GPS_RAW_INT", "POSITION_TARGET_GLOBAL_INT"),
     6: ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"),

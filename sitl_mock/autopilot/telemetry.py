@@ -284,6 +284,11 @@ BUILDERS: dict[str, Callable[[Vehicle], Values]] = {
     "VFR_HUD": _vfr_hud,
     "VIBRATION": lambda vehicle: {"time_usec": _us(vehicle)},
 }
+# Not sent before the position estimate is good: PX4 publishes no invalid topics; ArduPilot has no home yet.
+_AFTER_READY = {
+    "px4": {"HOME_POSITION", "GLOBAL_POSITION_INT", "LOCAL_POSITION_NED", "GPS_GLOBAL_ORIGIN"},
+    "ardupilot": {"HOME_POSITION", "LOCAL_POSITION_NED", "GPS_GLOBAL_ORIGIN"},
+}
 _ONLY = {"px4": {"ESTIMATOR_STATUS", "ALTITUDE"}, "ardupilot": {"EKF_STATUS_REPORT"}}
 
 
@@ -291,3 +296,9 @@ def available(vehicle: Vehicle, name: str) -> bool:
     """Whether this flavour has the message."""
     foreign = any(name in names for flavour, names in _ONLY.items() if flavour != vehicle.flavour.name)
     return name in BUILDERS and not foreign
+
+
+def ready(vehicle: Vehicle, name: str) -> bool:
+    """Whether the flavour has the message and there is something to say in it now."""
+    early = vehicle.now_s < vehicle.ready_at_s and name in _AFTER_READY[vehicle.flavour.name]
+    return available(vehicle, name) and not early

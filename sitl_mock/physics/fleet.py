@@ -66,6 +66,11 @@ class Fleet:
         """[N] view: where the nose points, clockwise from north."""
         return self._state[:, kernel.YAW]
 
+    def row(self, i: int) -> Array:
+        """Vehicle `i`'s state, a view in the kernel's columns."""
+        row: Array = self._state[i]
+        return row
+
     def attitude_rad(self, i: int) -> tuple[float, float, float]:
         """Roll, pitch, yaw of vehicle `i`: the lean that gives its horizontal acceleration."""
         row = self._state[i]
@@ -93,7 +98,7 @@ class Fleet:
         )
 
     def place(self, pos_ned_m: Array, vel_ned_mps: Array) -> None:
-        """Puts all vehicles at [N, 3] with [N, 3], flying steadily, batteries full: the start of a training episode."""
+        """Puts all vehicles at [N, 3] with velocities [N, 3], flying steadily, with full batteries."""
         self._state[:] = 0.0
         self.pos_ned_m[:] = pos_ned_m
         self.vel_ned_mps[:] = vel_ned_mps

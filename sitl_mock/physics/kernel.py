@@ -34,14 +34,15 @@ TWO_PI = 2.0 * np.pi
 
 @njit(cache=True, inline="always")
 def _root_gain(error: float, gain: float, limit: float) -> float:
-    """Size of the correction: proportional near the goal, square root farther off (AC_Math sqrt_controller)."""
+    """Size of the correction: proportional near the goal, a root farther off (AC_Math sqrt_controller)."""
     linear = limit / (gain * gain)
     return error * gain if error <= linear else sqrt(2.0 * limit * (error - 0.5 * linear))
 
 
 @njit(cache=True)
-def _shape_horizontal(row: Array, vn: float, ve: float, accel: float, jerk: float, dt: float) -> None:
+def _shape_horizontal(row: Array, vn: float, ve: float, kind: Array, dt: float) -> None:
     """Moves the desired velocity straight towards (vn, ve), as the logged turns do."""
+    accel, jerk = kind[ACCEL], kind[JERK]
     wn, we = row[VEL_WISH], row[VEL_WISH + 1]
     en, ee = vn - wn, ve - we
     error = sqrt(en * en + ee * ee)
@@ -83,7 +84,7 @@ def _lean(row: Array, kind: Array, dt: float) -> None:
     gn, ge = row[VEL_WISH] - row[VEL], row[VEL_WISH + 1] - row[VEL + 1]
     if size > limit:
         an, ae = an / size * limit, ae / size * limit
-    # With thrust saturated neither the integral nor the lag may wind up along it (AC_PosControl _limit_vector).
+    # With thrust saturated neither integral nor lag may wind up along it (AC_PosControl _limit_vector).
     if size <= limit or an * en + ae * ee < 0.0:
         row[INTEGRAL] += integral * en * dt
         row[INTEGRAL + 1] += integral * ee * dt
@@ -113,7 +114,7 @@ def _fly(row: Array, cmd: Array, kind: Array, wind: Array, dt: float) -> None:
     if row[POS + 2] >= 0.0 and row[VEL_WISH + 2] >= 0.0:  # standing on the ground, not told to climb
         _rest(row)
         return
-    _shape_horizontal(row, vn, ve, kind[ACCEL], kind[JERK], dt)
+    _shape_horizontal(row, vn, ve, kind, dt)
     _lean(row, kind, dt)
     an, ae = row[VEL] - wind[0], row[VEL + 1] - wind[1]
     drag = kind[DRAG_1] + kind[DRAG_2] * sqrt(an * an + ae * ae)
@@ -164,7 +165,7 @@ def _power_w(row: Array, wind: Array, table_w: Array, table_step_mps: float) -> 
 
 
 @njit(cache=True)
-def advance(
+def advance(  # noqa: PLR0917 - numba takes arrays, not objects
     state: Array,
     command: Array,
     kinds: Array,

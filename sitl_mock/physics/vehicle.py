@@ -78,7 +78,7 @@ M600 = VehicleType(
 # The 3 kg quad of the flight logs under ArduCopter 4.5.6 with its default parameters: WPNAV_ACCEL 250 cm/s^2,
 # PSC_JERK_XY 5, PSC_VELXY_P 2 and _I 1, PSC_POSXY_P 1, ANGLE_MAX 3000, WPNAV_SPEED_UP 250 and _DN 150,
 # WPNAV_ACCEL_Z 100, PSC_JERK_Z 5 (AC_PosControl, AC_WPNav). Drag follows from the lean that the log holds at
-# steady 5, 10, 15 and 18 m/s (7.45, 16.0, 25.0, 30.1 deg). Fitted: the attitude's response, in effect a lag of
+# steady 5, 10, 15 and 18 m/s (7.45, 16.0, 25.0, 30.1 deg). Fitted: the attitude's response, a lag of
 # 2 * 1.34 / 16.7 = 0.16 s (ATC_INPUT_TC is 0.15 s), and the vertical gain. See docs/mock.md.
 ARDUQUAD = VehicleType(
     max_speed_mps=30.0,

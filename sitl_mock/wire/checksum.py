@@ -1,7 +1,7 @@
 """CRC-16/MCRF4XX ("X.25" in MAVLink: reflected polynomial 0x1021, start 0xFFFF, no final inversion).
 
-The standard library has the same polynomial unreflected and compiled (`binascii.crc_hqx`): feeding it bit-reversed
-bytes and reversing the result gives the reflected sum at C speed.
+The standard library has the same polynomial unreflected and compiled (`binascii.crc_hqx`): feeding it
+bit-reversed bytes and reversing the result gives the reflected sum at C speed.
 """
 
 from __future__ import annotations

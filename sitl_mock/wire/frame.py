@@ -61,7 +61,7 @@ def pack_payload(definition: Definition, values: Mapping[str, Any]) -> bytes:
 
 
 def unpack_payload(definition: Definition, payload: bytes) -> dict[str, Any]:
-    """Values of a payload that may be cut short (zeros fill it) or longer than known (the rest is dropped)."""
+    """Values of a payload that may be cut short (zeros fill it) or longer than known (the rest drops)."""
     size = definition.layout.size
     flat = definition.layout.unpack(payload[:size].ljust(size, b"\0"))
     if definition.scalar:

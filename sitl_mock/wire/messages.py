@@ -2,7 +2,7 @@
 
 One line a message: id, name, fields in the order of the XML definition (https://mavlink.io/en/messages/common.html),
 `|` before the MAVLink 2 extension fields. Wire order and CRC_EXTRA are computed from it
-(https://mavlink.io/en/guide/serialization.html#crc_extra), so a wrong line fails the checksum of every client.
+(https://mavlink.io/en/guide/serialization.html#crc_extra), so a wrong line fails every checksum.
 """
 
 from __future__ import annotations

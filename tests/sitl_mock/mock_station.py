@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from sitl_mock.autopilot import FLAVOURS
 from sitl_mock.simulation import Setup, Simulation
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 ARM, TAKEOFF, MODE, RTL, LAND = 400, 22, 176, 20, 21
 VELOCITY, VELOCITY_YAW = 3527, 2503
@@ -56,7 +58,9 @@ class Station:
             if datagram.index == self.index and datagram.peer in (None, self.peer):
                 self.heard += self._decoder.parse_buffer(bytearray(datagram.data)) or []
 
-    def command(self, number: int, *params: float, component: int = 1, target: int | None = None) -> int | None:
+    def command(
+        self, number: int, *params: float, component: int = 1, target: int | None = None
+    ) -> int | None:
         """Sends a COMMAND_LONG and returns the verdict of its acknowledgement, None if none came."""
         full = (*params, *(0.0,) * (7 - len(params)))
         system = self.target if target is None else target
@@ -65,7 +69,9 @@ class Station:
         assert len(acks) <= 1
         return acks[0].result if acks else None
 
-    def velocity(self, north: float, east: float, down: float = 0.0, *, mask: int = VELOCITY, yaw: float = 0.0) -> None:
+    def velocity(
+        self, north: float, east: float, down: float = 0.0, *, mask: int = VELOCITY, yaw: float = 0.0
+    ) -> None:
         self.send(
             mav.MAVLink_set_position_target_global_int_message(
                 0, self.target, 1, 6, mask, 0, 0, 0, north, east, down, 0, 0, 0, yaw, 0

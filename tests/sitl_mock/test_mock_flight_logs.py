@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sitl_mock.physics.fleet import TICK_S, Fleet
 from sitl_mock.physics.vehicle import ARDUQUAD
 
-LOGS = Path(os.environ.get("UCS_FLIGHT_DIR", Path(__file__).parents[3] / "shared" / "data" / "flight"))
+LOGS = Path(os.environ.get("UCS_FLIGHT_DIR", Path(__file__).parents[2].parent / "shared" / "data" / "flight"))
 GUID_TIMEOUT_S = 3.0
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.skipif(not LOGS.is_dir(), reason="flight logs not at ha
 def replay(name: str, lean_deg: float) -> tuple[Array, Array, Array, Array]:
     """Flies the log's commands; velocities and positions [T, 3], ours and the log's."""
     with gzip.open(LOGS / name, "rt", newline="") as file:
-        rows = [row for row in csv.DictReader(file)]
+        rows = list(csv.DictReader(file))
     start = next(i for i, row in enumerate(rows) if row["phase"] == "hover")
     stop = next(i for i, row in enumerate(rows) if row["phase"] == "rtl")
     rows = rows[start:stop]
