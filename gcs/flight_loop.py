@@ -105,6 +105,11 @@ class FlightLoop:
         """Ticked within :data:`HEALTHY_S` on the wall clock."""
         return self._ticked_wall_s is not None and time.monotonic() - self._ticked_wall_s < HEALTHY_S
 
+    def violations(self) -> dict[str, int]:
+        """UAV-slots of the newest campaign in which a rule was broken, by rule."""
+        campaign = self._manager.campaign
+        return dict(campaign.monitor.counts) if campaign is not None else {}
+
     def stop(self) -> None:
         """End :meth:`run` after the present tick. Drones are not brought down: that is what ABORT is for."""
         self._stop.set()
