@@ -240,6 +240,10 @@ class PlanTicket(Protocol):
     def wait(self, timeout_s: float) -> None:
         """Wall-clock wait, for a virtual flight clock only."""
 
+    @property
+    def duration_ms(self) -> float | None:
+        """Wall-clock time that the decision took; None while it is being worked on."""
+
 
 @dataclass(frozen=True)
 class PlanFailure:

@@ -5,7 +5,7 @@ until a new velocity is obeyed the last one still acts.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 

@@ -1,0 +1,30 @@
+"""The journal of one headless flight, kept in memory; warnings are told as they come."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from gcs.ports import Event, Journal, Severity, SlotRecord
+
+
+@dataclass
+class FlightLog:
+    """ports.Journal; ``tell`` gets every caution and warning as one line."""
+
+    tell: Callable[[str], None] = lambda line: None
+    also: tuple[Journal, ...] = ()
+    events: list[Event] = field(default_factory=list)
+    slots: list[SlotRecord] = field(default_factory=list)
+
+    def record(self, event: Event) -> None:
+        """Keep, pass on, tell."""
+        self.events.append(event)
+        for journal in self.also:
+            journal.record(event)
+        if event.severity is not Severity.INFO:
+            self.tell(f"[{event.time_s:7.1f} s] {event.severity}: {event.message}")
+
+    def record_slot(self, campaign_id: str, record: SlotRecord) -> None:
+        """Keep and pass on."""
+        self.slots.append(record)
+        for journal in self.also:
+            journal.record_slot(campaign_id, record)

@@ -1,0 +1,231 @@
+"""``gcs fly``: one campaign, headless, over real MAVLink sockets."""
+
+import argparse
+import datetime
+import re
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+from gcs.bootstrap import Cast, make_loop, make_order
+from gcs.cli.errors import UsageError, complain
+from gcs.cli.flight_log import FlightLog
+from gcs.cli.flight_results import FlownCampaign, print_table, random_beside, trajectory_rows, write_report
+from gcs.cli.mock_fleet import MockOptions, mock_fleet
+from gcs.clock import ClockError, LockstepClock, RealClock
+from gcs.flight_loop import FlightLoop
+from gcs.links.pymavlink_link import PymavlinkFleetLink
+from gcs.mission.order import CampaignOrder
+from gcs.mission.states import FINAL
+from gcs.ports import CampaignState, FlightClock, FlightSnapshot, OperatorRequest, RequestKind
+from policy.agents.registry import PolicyChoice
+from policy.evaluation.evaluate import policy_of
+from policy.evaluation.files import check_destination
+from policy.evaluation.results import write_result
+from policy.evaluation.trajectory import write_trajectory
+from policy.mission_file import Mission, load_mission
+
+PROGRAM = "gcs fly"
+GROUND_AMSL_M = 186.0  # of the mock's pads; any value flies, heights are above home
+
+
+def add_fly_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Options of ``gcs fly``."""
+    fly = commands.add_parser("fly", prog=PROGRAM, help="fly one campaign", description=__doc__)
+    add = fly.add_argument
+    add("mission", metavar="MISSION.toml", help="campaign file, or the name of one that ships")
+    add("--fleet", choices=["mock"], help="fly mock drones, started for this flight (default without --drone)")
+    add("--flavour", choices=["px4", "ardupilot"], default="px4", help="of the mock drones (default px4)")
+    add("--wind-ms", metavar="SPEED,FROM_DEG", help="steady wind for the mock drones")
+    add("--drone", action="append", default=[], metavar="SYSID=ADDRESS", help="fly a real drone; once for each")
+    add("--policy", metavar="NAME", help="instead of the mission's")
+    add("--checkpoint", metavar="FILE", help="weights of a learned policy")
+    add("--policy-url", metavar="URL", help="ask this `policy serve` instead of a policy of this process")
+    add("--seed", type=int, default=0, help="of a policy that draws lots (default 0)")
+    add("--speedup", type=_speedup, default=1.0, metavar="X|max", help="simulated seconds a second (default 1)")
+    add("--report", type=Path, metavar="DIR", help="write a report page with its data")
+    add("--json", type=Path, metavar="FILE", help="write the result object")
+    add("--trajectory", type=Path, metavar="FILE", help="write where everyone was after each slot (CSV)")
+    add("--serve", nargs="?", const="127.0.0.1:8080", metavar="HOST:PORT", help="show the flight on a page meanwhile")
+    add("--keep", action="store_true", help="with --serve: leave the page up after the flight")
+    fly.set_defaults(run=run_fly)
+
+
+def run_fly(args: argparse.Namespace) -> int:
+    """Exit code 0: flown to the end; 1: ended early; 2: could not begin."""
+    try:
+        return _fly(args)
+    except (ValueError, ClockError, OSError) as error:  # MissionError, OutputError, UnknownPolicyError ... are ValueErrors
+        return complain(PROGRAM, error)
+
+
+@dataclass(frozen=True)
+class _Fleet:
+    clock: FlightClock
+    link: PymavlinkFleetLink
+    system_ids: tuple[int, ...]
+
+
+def _fly(args: argparse.Namespace) -> int:
+    mission = load_mission(args.mission)
+    policy = policy_of(mission, args.policy, args.checkpoint)
+    for path in (args.json, args.trajectory):
+        if path is not None:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            check_destination(path)
+    agent = policy.build() if args.policy_url is None else None
+    console = Console(stderr=True)
+    with ExitStack() as stack:
+        fleet = stack.enter_context(_fleet(args, mission))
+        cast = Cast(fleet.system_ids, policy, agent, args.policy_url, args.seed)
+        order = make_order(mission, cast)
+        progress = stack.enter_context(_progress(console))
+        log = FlightLog(tell=lambda line: progress.console.print(line, highlight=False, markup=False))
+        loop = make_loop(fleet.clock, fleet.link, log)
+        begun, begun_s = datetime.datetime.now(datetime.UTC), time.monotonic()
+        last = _run(loop, order, progress)
+        flown = _flown(mission, policy, order, log, last, time.monotonic() - begun_s, begun.isoformat())
+        flown.violations.update(loop.violations())
+    return _conclude(args, flown)
+
+
+def _run(loop: FlightLoop, order: CampaignOrder, progress: Progress) -> FlightSnapshot:
+    """Fly to the end; Ctrl-C brings everyone down first."""
+    bar = progress.add_task("launching", total=order.scenario.slots)
+    loop.start(order, "gcs fly")
+    show = _bar(progress, bar)
+    while True:
+        try:
+            loop.run(until=show)
+        except KeyboardInterrupt:
+            progress.console.print("aborting: the drones return and land (Ctrl-C again to leave them to themselves)")
+            loop.submit(OperatorRequest(RequestKind.ABORT, "Ctrl-C"))
+            loop.run(until=show)
+        return loop.snapshot()
+
+
+def _bar(progress: Progress, bar: TaskID) -> Callable[[FlightSnapshot], bool]:
+    shown: list[tuple[str, int]] = [("", -1)]
+
+    def show(snapshot: FlightSnapshot) -> bool:
+        campaign = snapshot.campaign
+        if campaign is None:
+            return True
+        if shown[0] != (campaign.state, campaign.slot):
+            shown[0] = (campaign.state, campaign.slot)
+            progress.update(bar, completed=campaign.slot, description=str(campaign.state))
+        return campaign.state in FINAL
+
+    return show
+
+
+def _flown(
+    mission: Mission,
+    policy: PolicyChoice,
+    order: CampaignOrder,
+    log: FlightLog,
+    last: FlightSnapshot,
+    wall_s: float,
+    begun_utc: str,
+) -> FlownCampaign:
+    assert last.campaign is not None
+    return FlownCampaign(
+        mission=mission,
+        policy=policy,
+        scenario=order.scenario,
+        seed=order.seed,
+        state=last.campaign.state,
+        reason=last.campaign.reason,
+        records=tuple(log.slots),
+        events=tuple(log.events),
+        violations={},
+        wall_s=wall_s,
+        begun_utc=begun_utc,
+    )
+
+
+def _conclude(args: argparse.Namespace, flown: FlownCampaign) -> int:
+    console, metrics = Console(), flown.metrics
+    if metrics is not None:
+        random = random_beside(flown)
+        print_table(flown, metrics, random, console)
+        if args.json is not None:
+            write_result(args.json, flown.result(metrics))
+        if args.trajectory is not None:
+            write_trajectory(args.trajectory, trajectory_rows(flown.records))
+        if args.report is not None:
+            console.print(f"report: {write_report(flown, random, args.report)}", soft_wrap=True)
+    if flown.state is CampaignState.DONE:
+        return 0
+    print_reason = f"the campaign is {flown.state} after {flown.records[-1].slot if flown.records else 0} slots"
+    Console(stderr=True).print(f"{PROGRAM}: {print_reason}: {flown.reason}", highlight=False, markup=False, soft_wrap=True)
+    return 1
+
+
+@contextmanager
+def _fleet(args: argparse.Namespace, mission: Mission) -> Iterator[_Fleet]:
+    if args.drone and args.fleet:
+        raise UsageError("--fleet mock and --drone exclude each other; give one of them")
+    with ExitStack() as stack:
+        if args.drone:
+            yield _real_fleet(args, mission, stack)
+        else:
+            yield _mock_fleet(args, mission, stack)
+
+
+def _mock_fleet(args: argparse.Namespace, mission: Mission, stack: ExitStack) -> _Fleet:
+    scenario = mission.scenario
+    east_m, north_m = (float(v) for v in scenario.launch_enu_m[0])
+    lat_deg, lon_deg = scenario.area.frame.to_geodetic_deg(east_m, north_m)
+    extra = ("--wind-ms", args.wind_ms) if args.wind_ms else ()
+    home = (lat_deg, lon_deg, GROUND_AMSL_M)
+    mock = stack.enter_context(mock_fleet(MockOptions(scenario.num_uavs, home, args.flavour, extra)))
+    link = PymavlinkFleetLink(list(mock.drones), expected=mock.drones)
+    stack.callback(link.close)
+    clock = LockstepClock(mock.clock, args.speedup)
+    stack.callback(clock.close)
+    return _Fleet(clock, link, tuple(sorted(mock.drones.values())))
+
+
+def _real_fleet(args: argparse.Namespace, mission: Mission, stack: ExitStack) -> _Fleet:
+    if args.speedup is None:
+        raise UsageError("--speedup max needs --fleet mock; real drones fly in real time")
+    drones = dict(_drone(text) for text in args.drone)
+    wanted = mission.scenario.num_uavs
+    if len(drones) != wanted:
+        raise UsageError(f"mission {mission.name!r} needs {wanted} drones; {len(drones)} given with --drone")
+    link = PymavlinkFleetLink(list(drones.values()), expected={address: sysid for sysid, address in drones.items()})
+    stack.callback(link.close)
+    return _Fleet(RealClock(args.speedup), link, tuple(drones))
+
+
+def _drone(text: str) -> tuple[int, str]:
+    found = re.fullmatch(r"(\d{1,3})=(\S+)", text)
+    if found is None or not 1 <= int(found[1]) <= 250:
+        raise UsageError(f"--drone {text!r} is not SYSID=ADDRESS, e.g. 1=udpout:127.0.0.1:14550")
+    return int(found[1]), found[2]
+
+
+def _speedup(text: str) -> float | None:
+    """A factor, or None for as fast as the machine can."""
+    if text == "max":
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value <= 1000.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is neither max nor a number from 0 to 1000")
+    return value
+
+
+@contextmanager
+def _progress(console: Console) -> Iterator[Progress]:
+    columns = (TextColumn("{task.description:>11}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        yield progress

@@ -1,0 +1,259 @@
+"""The flight loop: one synchronous thread, ten ticks a second, that alone talks to the vehicles.
+
+Order of a tick: wait, poll, requests, mission manager, gate, send, flush, publish. Heartbeats leave in ``flush``,
+after the manager has stepped: a loop that stalls or dies falls silent, and the vehicles' own failsafes take over.
+"""
+
+import logging
+import queue
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass
+
+from gcs.mission.manager import MissionManager, Refused
+from gcs.mission.order import CampaignOrder
+from gcs.ports import (
+    CommandKind,
+    CommandTicket,
+    Event,
+    FleetLink,
+    FlightClock,
+    FlightSnapshot,
+    Journal,
+    OperatorRequest,
+    RequestKind,
+    RequestOutcome,
+    SafeSetpoint,
+    Severity,
+    Verdict,
+)
+
+logger = logging.getLogger(__name__)
+
+TICK_S = 0.1
+"""PX4 drops OFFBOARD after 1 s without setpoints, ArduPilot brakes after 3 s; ten a second bears losses."""
+
+HEALTHY_S = 1.0  # wall time since the last tick beyond which nobody should trust the loop
+SPREAD_FROM = 10  # fleets larger than this are sent to in several bursts a tick (one burst is lost in buffers)
+SPREAD_SHARE = 0.6  # of a tick over which the bursts are spread
+MISSED_REPORT_S = 10.0
+
+_ON_CAMPAIGN_DRONES = frozenset({CommandKind.HOLD, CommandKind.RETURN, CommandKind.LAND, CommandKind.TERMINATE})
+_FORBIDDEN_WHEN_STOPPED = frozenset({CommandKind.ARM, CommandKind.TAKEOFF, CommandKind.GUIDED})
+
+Prepare = Callable[[OperatorRequest], CampaignOrder]
+"""Reads users and loads a policy for a START request; runs on the caller's thread; raises ValueError in one line."""
+
+
+@dataclass
+class _Job:
+    request: OperatorRequest
+    future: Future[RequestOutcome]
+    order: CampaignOrder | None = None
+    ticket: CommandTicket | None = None
+
+
+class FlightLoop:
+    """Runs the mission manager on a clock (ports.FlightControl for other threads)."""
+
+    def __init__(
+        self,
+        clock: FlightClock,
+        link: FleetLink,
+        manager: MissionManager,
+        journal: Journal,
+        prepare: Prepare | None = None,
+    ) -> None:
+        self._clock, self._link, self._manager, self._journal = clock, link, manager, journal
+        self._prepare = prepare
+        self._jobs: queue.SimpleQueue[_Job] = queue.SimpleQueue()
+        self._commands: list[_Job] = []
+        self._stop = threading.Event()
+        self._next_s = clock.now_s()
+        self._tick = 0
+        self._ticked_wall_s: float | None = None
+        self._sent_wall_s: float | None = None
+        self._missed = 0
+        self._missed_reported_s = clock.now_s()
+        self._snapshot = FlightSnapshot(clock.now_s(), 0)
+
+    # --- any thread -----------------------------------------------------------------------------------------------
+
+    def snapshot(self) -> FlightSnapshot:
+        """The newest tick."""
+        return self._snapshot
+
+    def submit(self, request: OperatorRequest) -> "Future[RequestOutcome]":
+        """Leave a request; a START is prepared here, on the caller's thread, so that the loop never waits."""
+        future: Future[RequestOutcome] = Future()
+        order = None
+        if request.kind is RequestKind.START:
+            if self._prepare is None or request.mission is None:
+                future.set_result(RequestOutcome(False, "a start needs a mission"))
+                return future
+            try:
+                order = self._prepare(request)
+            except ValueError as error:
+                future.set_result(RequestOutcome(False, str(error)))
+                return future
+        self._jobs.put(_Job(request, future, order))
+        return future
+
+    def healthy(self) -> bool:
+        """Ticked within :data:`HEALTHY_S` on the wall clock."""
+        return self._ticked_wall_s is not None and time.monotonic() - self._ticked_wall_s < HEALTHY_S
+
+    def violations(self) -> dict[str, int]:
+        """UAV-slots of the newest campaign in which a rule was broken, by rule."""
+        campaign = self._manager.campaign
+        return dict(campaign.monitor.counts) if campaign is not None else {}
+
+    def stop(self) -> None:
+        """End :meth:`run` after the present tick. Drones are not brought down: that is what ABORT is for."""
+        self._stop.set()
+
+    # --- the flight thread ----------------------------------------------------------------------------------------
+
+    def run(self, until: Callable[[FlightSnapshot], bool] | None = None) -> None:
+        """Tick until stopped or until ``until`` says so."""
+        while not self._stop.is_set():
+            snapshot = self.tick()
+            if until is not None and until(snapshot):
+                return
+
+    def tick(self) -> FlightSnapshot:
+        """One tick, in the order that the module names."""
+        now_s = self._wait()
+        self._link.poll(now_s)
+        self._take_requests(now_s)
+        safe = self._manager.step(now_s)
+        self._send(safe, now_s)
+        self._settle_commands(now_s)
+        self._link.flush(now_s)
+        return self._publish(now_s)
+
+    def start(self, order: CampaignOrder, actor: str = "system") -> None:
+        """Begin a campaign from the flight thread itself; raises ``Refused``."""
+        self._manager.start(order, self._clock.now_s(), actor)
+
+    def _wait(self) -> float:
+        self._clock.wait_until(self._next_s)
+        now_s = self._clock.now_s()
+        late = int((now_s - self._next_s) / TICK_S)
+        if late > 0:  # missed ticks are counted, never made up for in a burst
+            self._missed += late
+            self._next_s += late * TICK_S
+        self._next_s += TICK_S
+        if self._missed and now_s - self._missed_reported_s >= MISSED_REPORT_S:
+            message = f"{self._missed} ticks missed: the machine is too slow or was asleep"
+            self._journal.record(Event(now_s, "loop.missed", message, Severity.CAUTION))
+            self._missed, self._missed_reported_s = 0, now_s
+        return now_s
+
+    def _send(self, safe: Sequence[SafeSetpoint], now_s: float) -> None:
+        """In real time a large fleet's setpoints are spread over the tick."""
+        if self._clock.is_virtual or len(safe) <= SPREAD_FROM:
+            for setpoint in safe:
+                self._link.send(setpoint, now_s)
+            return
+        bursts = -(-len(safe) // SPREAD_FROM)
+        for burst in range(bursts):
+            self._clock.wait_until(now_s + burst * SPREAD_SHARE * TICK_S / bursts)
+            for setpoint in safe[burst * SPREAD_FROM : (burst + 1) * SPREAD_FROM]:
+                self._link.send(setpoint, self._clock.now_s())
+
+    def _publish(self, now_s: float) -> FlightSnapshot:
+        wall_s = time.monotonic()
+        period_s = wall_s - self._sent_wall_s if self._sent_wall_s is not None else None
+        self._sent_wall_s = self._ticked_wall_s = wall_s
+        self._tick += 1
+        self._snapshot = FlightSnapshot(
+            time_s=now_s,
+            tick=self._tick,
+            vehicles=tuple(self._link.vehicles().values()),
+            campaign=self._manager.snapshot(now_s),
+            stopped=self._manager.emergency.latched,
+            setpoint_period_s=period_s,
+        )
+        return self._snapshot
+
+    def _take_requests(self, now_s: float) -> None:
+        while not self._jobs.empty():
+            job = self._jobs.get()
+            try:
+                outcome = self._act(job, now_s)
+            except Refused as refusal:
+                outcome = RequestOutcome(False, str(refusal))
+            self._note(job.request, outcome, now_s)
+            if outcome is not None:
+                job.future.set_result(outcome)
+
+    def _act(self, job: _Job, now_s: float) -> RequestOutcome | None:
+        """Do it; None when the outcome comes later."""
+        request, manager = job.request, self._manager
+        if request.kind is RequestKind.COMMAND:
+            return self._command(job, now_s)
+        if request.kind is RequestKind.START:
+            assert job.order is not None
+            manager.start(job.order, now_s, request.actor)
+        elif request.kind is RequestKind.EMERGENCY_STOP:
+            manager.stop(now_s, request.actor)
+        elif request.kind is RequestKind.RESET_STOP:
+            manager.reset_stop(now_s, request.actor)
+        else:
+            self._check_campaign(request)
+            actions = {
+                RequestKind.PAUSE: manager.pause,
+                RequestKind.RESUME: manager.resume,
+                RequestKind.ABORT: manager.abort,
+            }
+            actions[request.kind](now_s, request.actor)
+        return RequestOutcome(True)
+
+    def _check_campaign(self, request: OperatorRequest) -> None:
+        campaign = self._manager.campaign
+        if request.campaign_id is not None and (campaign is None or campaign.order.campaign_id != request.campaign_id):
+            raise Refused(f"campaign {request.campaign_id} is not being flown")
+
+    def _command(self, job: _Job, now_s: float) -> RequestOutcome | None:
+        """One order to one vehicle. A drone of a campaign is released first, or the order is refused."""
+        command = job.request.command
+        if command is None:
+            raise Refused("a command request needs a command")
+        if self._manager.emergency.latched and command.kind in _FORBIDDEN_WHEN_STOPPED:
+            raise Refused("the emergency stop is latched; reset it first")
+        if self._manager.holds(command.system_id):
+            if command.kind not in _ON_CAMPAIGN_DRONES:
+                raise Refused(f"drone {command.system_id} flies a campaign; it takes hold, rtl, land or terminate only")
+            self._manager.release(command.system_id, now_s, f"{command.kind} ordered by {job.request.actor}")
+        job.ticket = self._link.submit(command, now_s)
+        self._commands.append(job)
+        return None
+
+    def _settle_commands(self, now_s: float) -> None:
+        for job in list(self._commands):
+            verdict = job.ticket.verdict if job.ticket is not None else None
+            if verdict is not None:
+                self._commands.remove(job)
+                outcome = RequestOutcome(verdict.accepted, verdict.reason, verdict)
+                self._note_verdict(job.request, verdict, now_s)
+                job.future.set_result(outcome)
+
+    def _note(self, request: OperatorRequest, outcome: RequestOutcome | None, now_s: float) -> None:
+        answer = "taken up" if outcome is None or outcome.accepted else f"refused: {outcome.reason}"
+        message = f"{request.kind} by {request.actor}: {answer}"
+        system_id = request.command.system_id if request.command is not None else None
+        event = Event(now_s, "operator.request", message, Severity.INFO, request.campaign_id, system_id, request.actor)
+        self._journal.record(event)
+
+    def _note_verdict(self, request: OperatorRequest, verdict: Verdict, now_s: float) -> None:
+        command = verdict.command
+        words = f": {verdict.reason}" if verdict.reason else ""
+        message = f"drone {command.system_id} {command.kind}: {verdict.result}{words}"
+        severity = Severity.INFO if verdict.accepted else Severity.CAUTION
+        data = {"command": str(command.kind), "result": str(verdict.result), "attempts": verdict.attempts}
+        self._journal.record(
+            Event(now_s, "command.verdict", message, severity, None, command.system_id, request.actor, data)
+        )

@@ -1,0 +1,428 @@
+"""The mission manager: one campaign at a time, from standing drones to standing drones.
+
+``step`` is called at every tick and returns the setpoints that passed the gate. Every change of state is recorded
+before it acts. A fault of one drone is that drone's; a fault of all is the campaign's, and everybody goes home.
+"""
+
+from collections.abc import Mapping
+
+from gcs.fleet.track import make_track
+from gcs.guidance.tracking import approach
+from gcs.mission.drone import Control, Drone
+from gcs.mission.emergency import EmergencyStop
+from gcs.mission.order import CampaignOrder, fleet_limits, planning_scenario
+from gcs.mission.script import Crew, Script
+from gcs.mission.slot_flight import SlotFlight
+from gcs.mission.states import ENDINGS, IN_FLIGHT, Trigger, is_allowed, next_state
+from gcs.mission.steps import (
+    DISARM_STEPS,
+    HOME_STEPS,
+    LAND_HERE_STEPS,
+    REGAIN_STEPS,
+    RETURN_STEPS,
+    launch_steps,
+)
+from gcs.mission.watch import DropOut, Fate, battery_low, control_lost
+from gcs.ports import (
+    CampaignSnapshot,
+    CampaignState,
+    Event,
+    FleetLink,
+    Journal,
+    Severity,
+    SlotRecord,
+    UavTrack,
+    VehicleStatus,
+)
+from gcs.safety.envelope import envelope_of
+from gcs.safety.gate import GateAction, SafetyGate, SealedSetpoint, Wish
+from gcs.safety.monitor import ViolationMonitor
+
+
+class Refused(Exception):  # noqa: N818  # an outcome for the operator, not a defect
+    """The operator's wish does not fit the present state; says why."""
+
+
+class Campaign:
+    """Everything about the campaign being flown; made at its start."""
+
+    def __init__(self, order: CampaignOrder, vehicles: Mapping[int, VehicleStatus], now_s: float) -> None:
+        self.order = order
+        known = [vehicles[i].limits for i in order.system_ids if i in vehicles]
+        self.limits = fleet_limits(order.scenario, known)
+        self.scenario = planning_scenario(order.scenario, self.limits, order.settings)
+        self.envelope = envelope_of(self.scenario, self.limits.max_accel_mps2)
+        self.gate = SafetyGate(self.envelope)
+        self.monitor = ViolationMonitor(self.envelope)
+        self.drones = tuple(_make_drone(order, index) for index in range(len(order.system_ids)))
+        self.state = CampaignState.READY
+        self.ending = Trigger.LANDED
+        self.reason = ""
+        self.slots: SlotFlight | None = None
+        self.records: list[SlotRecord] = []
+        self.gate_actions: dict[int, str] = {}
+
+
+def _make_drone(order: CampaignOrder, index: int) -> Drone:
+    scenario = order.scenario
+    layer_alt_m = scenario.altitude_m - scenario.layer_m * index
+    launch_m = (float(scenario.launch_enu_m[index, 0]), float(scenario.launch_enu_m[index, 1]))
+    return Drone(index, order.system_ids[index], layer_alt_m, launch_m)
+
+
+class MissionManager:
+    """Called by the flight loop's thread only."""
+
+    def __init__(self, link: FleetLink, journal: Journal, *, virtual: bool) -> None:
+        self._link, self._journal, self._virtual = link, journal, virtual
+        self.emergency = EmergencyStop()
+        self.campaign: Campaign | None = None
+        self._now_s = 0.0
+
+    # --- what the operator may ask --------------------------------------------------------------------------------
+
+    @property
+    def busy(self) -> bool:
+        """A campaign has drones in its hands."""
+        return self.campaign is not None and self.campaign.state in IN_FLIGHT
+
+    def start(self, order: CampaignOrder, now_s: float, actor: str = "system") -> None:
+        """Begin to launch; raises :class:`Refused` while another campaign flies or the stop is latched."""
+        self._now_s = now_s
+        if self.busy:
+            raise Refused(f"campaign {self._need().order.name!r} is being flown; abort it or wait for its end")
+        if self.emergency.latched:
+            raise Refused("the emergency stop is latched; reset it first")
+        self.campaign = Campaign(order, self._link.vehicles(), now_s)
+        order.planner.begin(self.campaign.scenario, order.seed)
+        self._move(Trigger.START, "", actor)
+        for drone in self.campaign.drones:
+            drone.script = Script(launch_steps(order.settings.ready_timeout_s))
+
+    def pause(self, now_s: float, actor: str) -> None:
+        """Hold in place; the slot clock stops."""
+        self._now_s = now_s
+        self._operator(Trigger.PAUSE, actor)
+        slots = self._need().slots
+        assert slots is not None
+        slots.pause(now_s)
+
+    def resume(self, now_s: float, actor: str) -> None:
+        """Go on with the slot; drones that the emergency stop halted are regained first."""
+        self._now_s = now_s
+        if self.emergency.latched:
+            raise Refused("the emergency stop is latched; reset it first")
+        campaign = self._need()
+        if any(drone.halted for drone in campaign.drones):
+            raise Refused("drones are still being taken over after the emergency stop; try again in a few seconds")
+        self._operator(Trigger.RESUME, actor)
+        assert campaign.slots is not None
+        campaign.slots.resume(now_s)
+
+    def abort(self, now_s: float, actor: str, reason: str = "aborted by the operator") -> None:
+        """Everyone returns and lands."""
+        self._now_s = now_s
+        self._operator(Trigger.ABORT, actor, reason)
+        if self._need().state is CampaignState.RECOVERING:
+            self._begin_recovery()
+
+    def stop(self, now_s: float, actor: str) -> None:
+        """Emergency stop: everyone holds, latched."""
+        self._now_s = now_s
+        self._event("safety.stop", "emergency stop", Severity.WARNING, actor=actor)
+        self.emergency.press()
+        campaign = self.campaign
+        if campaign is None or campaign.state not in IN_FLIGHT:
+            return
+        for drone in campaign.drones:
+            drone.halted = drone.halted or drone.control is Control.GUIDED
+        if campaign.state is CampaignState.FLYING:
+            self.pause(now_s, actor)
+
+    def reset_stop(self, now_s: float, actor: str) -> None:
+        """Take the latch off: halted drones are taken over again and hold; a launch that was stopped goes home."""
+        self._now_s = now_s
+        self._event("safety.stop_reset", "emergency stop reset", Severity.CAUTION, actor=actor)
+        self.emergency.reset()
+        campaign = self.campaign
+        if campaign is None or campaign.state not in IN_FLIGHT:
+            return
+        if campaign.state is CampaignState.LAUNCHING:
+            self._fail("stopped during the launch")
+        elif campaign.state is CampaignState.RECOVERING:
+            self._begin_recovery()
+        else:
+            for drone in campaign.drones:
+                if drone.halted:
+                    drone.script = Script(REGAIN_STEPS)
+
+    def release(self, system_id: int, now_s: float, reason: str) -> None:
+        """Hands off one drone: a person or its failsafe flies it now; the rest go on."""
+        self._now_s = now_s
+        campaign = self.campaign
+        if campaign is None:
+            return
+        for drone in campaign.drones:
+            if drone.system_id == system_id and drone.control is not Control.RELEASED:
+                self._drop(drone, DropOut(Fate.RELEASE, reason))
+
+    def holds(self, system_id: int) -> bool:
+        """The drone is in the hands of a campaign."""
+        campaign = self.campaign
+        if campaign is None or campaign.state not in IN_FLIGHT:
+            return False
+        return any(d.system_id == system_id and d.control is not Control.RELEASED for d in campaign.drones)
+
+    # --- one tick -------------------------------------------------------------------------------------------------
+
+    def step(self, now_s: float) -> list[SealedSetpoint]:
+        """Advance the campaign to ``now_s``; the setpoints to send."""
+        self._now_s = now_s
+        vehicles = self._link.vehicles()
+        for verdict in self.emergency.step(vehicles, self._link, now_s):
+            self._event("command.verdict", f"hold: {verdict.result}", system_id=verdict.command.system_id)
+        campaign = self.campaign
+        if campaign is None or campaign.state not in IN_FLIGHT:
+            return []
+        self._observe(campaign, vehicles, now_s)
+        if not self.emergency.latched:
+            self._watch(campaign, now_s)
+            self._run_scripts(campaign, now_s)
+            self._advance(campaign, now_s)
+        return self._setpoints(campaign, now_s) if campaign.state in IN_FLIGHT else []
+
+    def snapshot(self, now_s: float) -> CampaignSnapshot | None:
+        """The campaign as it stands, frozen."""
+        campaign = self.campaign
+        if campaign is None:
+            return None
+        order, slots = campaign.order, campaign.slots
+        return CampaignSnapshot(
+            campaign_id=order.campaign_id,
+            name=order.name,
+            policy=order.policy,
+            state=campaign.state,
+            slot=slots.slot if slots is not None else 0,
+            slots=order.scenario.slots,
+            slot_s=order.scenario.slot_s,
+            slot_elapsed_s=slots.elapsed_s(now_s) if slots is not None and not slots.finished else 0.0,
+            reason=campaign.reason,
+            metrics=slots.metrics if slots is not None else None,
+            plans=slots.plans() if slots is not None else (),
+            latest=slots.latest if slots is not None else None,
+            decision_ms=slots.decision_ms if slots is not None else None,
+            explanation=slots.decision.explanation if slots is not None and slots.decision is not None else {},
+        )
+
+    def _observe(self, campaign: Campaign, vehicles: Mapping[int, VehicleStatus], now_s: float) -> None:
+        frame = campaign.scenario.area.frame
+        for drone in campaign.drones:
+            status = vehicles.get(drone.system_id)
+            if status is not None:
+                drone.status = status
+                drone.track = make_track(status, frame, now_s) or drone.track
+        if campaign.slots is not None and not campaign.slots.finished:
+            campaign.slots.measure(now_s)
+            campaign.monitor.tick([d.track for d in campaign.drones if d.active and d.track is not None])
+
+    def _watch(self, campaign: Campaign, now_s: float) -> None:
+        for drone in campaign.drones:
+            if drone.control is Control.GUIDED and not drone.halted:
+                dropout = control_lost(drone.status, now_s)
+                if dropout is not None:
+                    self._drop(drone, dropout)
+
+    def _run_scripts(self, campaign: Campaign, now_s: float) -> None:
+        crew = Crew(campaign.drones, self._link, campaign.order.settings, campaign.scenario.area.size_m)
+        for drone in campaign.drones:
+            if drone.control is Control.RELEASED or drone.script.finished:
+                continue
+            failure = drone.script.run(drone, crew, now_s)
+            if failure is not None:
+                self._script_failed(campaign, drone, failure.reason)
+            elif drone.script.finished:
+                drone.halted = False
+
+    def _script_failed(self, campaign: Campaign, drone: Drone, reason: str) -> None:
+        if campaign.state is CampaignState.LAUNCHING:
+            self._fail(reason)
+        elif drone.control is Control.AUTOPILOT:
+            self._event("drone.lost", f"{reason}; it needs a pilot", Severity.WARNING, system_id=drone.system_id)
+            self._drop(drone, DropOut(Fate.RELEASE, reason))
+        else:
+            self._event("drone.return", f"{reason}; ordered to return by itself", Severity.WARNING, drone.system_id)
+            drone.script = Script(RETURN_STEPS)
+            drone.control = Control.AUTOPILOT
+
+    def _advance(self, campaign: Campaign, now_s: float) -> None:
+        """What the present state does at each tick."""
+        if campaign.state is CampaignState.LAUNCHING and all(d.script.finished for d in campaign.drones):
+            self._move(Trigger.LAUNCHED)
+            for drone in campaign.drones:
+                drone.active = True
+            self._check_batteries(campaign)
+            campaign.slots = SlotFlight(campaign.order, campaign.scenario, campaign.drones, now_s, self._virtual)
+            self._record_slot(campaign, campaign.slots.latest)
+        if campaign.state is CampaignState.FLYING:
+            self._fly(campaign, now_s)
+        if campaign.state is CampaignState.RECOVERING and all(_is_settled(d) for d in campaign.drones):
+            self._move(campaign.ending, campaign.reason)
+            campaign.order.planner.close()
+
+    def _fly(self, campaign: Campaign, now_s: float) -> None:
+        slots = campaign.slots
+        assert slots is not None
+        record, trouble = slots.step(now_s)
+        if trouble is not None:
+            self._event(trouble.kind, f"slot {slots.slot}: {trouble.reason}; the drones hold", Severity.CAUTION)
+        if record is None:
+            return
+        self._record_slot(campaign, record)
+        self._report_violations(campaign, record)
+        if slots.finished:
+            self._move(Trigger.LAST_SLOT)
+            self._begin_recovery()
+        else:
+            self._check_batteries(campaign)
+
+    def _record_slot(self, campaign: Campaign, record: SlotRecord) -> None:
+        campaign.records.append(record)
+        self._journal.record_slot(campaign.order.campaign_id, record)
+
+    def _report_violations(self, campaign: Campaign, record: SlotRecord) -> None:
+        battery_j = campaign.scenario.battery_j
+        added = campaign.monitor.end_slot([u.system_id for u in record.uavs if u.active and u.energy_j >= battery_j])
+        broken = ", ".join(f"{rule} {count}" for rule, count in added.items() if count)
+        if broken:
+            self._event("safety.violation", f"slot {record.slot}: {broken}", Severity.WARNING, data=dict(added))
+
+    def _check_batteries(self, campaign: Campaign) -> None:
+        reserve = campaign.order.settings.battery_reserve
+        for drone in campaign.drones:
+            if drone.active and drone.status is not None and drone.track is not None and drone.pad_m is not None:
+                dropout = battery_low(drone.status, drone.track, drone.pad_m, campaign.scenario, reserve)
+                if dropout is not None:
+                    self._drop(drone, dropout)
+
+    # --- setpoints ------------------------------------------------------------------------------------------------
+
+    def _setpoints(self, campaign: Campaign, now_s: float) -> list[SealedSetpoint]:
+        wishes = []
+        for drone in campaign.drones:
+            if drone.is_streamed and drone.track is not None:
+                wishes.append(self._wish(campaign, drone, drone.track, now_s))
+        others = [d.track for d in campaign.drones if d.track is not None and not d.is_streamed and d.is_airborne]
+        sealed = campaign.gate.judge(wishes, others)
+        for safe in sealed:
+            self._note_gate(campaign, safe)
+        return sealed
+
+    def _wish(self, campaign: Campaign, drone: Drone, track: UavTrack, now_s: float) -> Wish:
+        gains = campaign.order.settings.gains
+        slots = campaign.slots
+        in_slots = campaign.state in {CampaignState.FLYING, CampaignState.PAUSED} and drone.active
+        if self.emergency.latched:
+            here_m = (track.east_m, track.north_m)
+            setpoint = approach(track, here_m, track.alt_home_m, campaign.scenario.max_speed_mps, gains)
+        elif in_slots and slots is not None and not drone.halted:
+            setpoint = slots.wish(drone, track, now_s)
+        else:
+            goal = drone.goal
+            assert goal is not None
+            setpoint = approach(track, goal.point_m, goal.alt_home_m, goal.speed_mps, gains)
+        return Wish(setpoint, track)
+
+    def _note_gate(self, campaign: Campaign, safe: SealedSetpoint) -> None:
+        """One event when the gate starts to act on a drone, none while it goes on."""
+        system_id = safe.setpoint.system_id
+        acting = "" if safe.action in {GateAction.PASSED} or not safe.reason else safe.reason
+        if acting and campaign.gate_actions.get(system_id) != acting and "limit" not in acting:
+            kind = f"gate.{safe.action}"
+            self._event(kind, f"drone {system_id} {safe.action} by the gate: {acting}", system_id=system_id)
+        campaign.gate_actions[system_id] = acting
+
+    # --- changes --------------------------------------------------------------------------------------------------
+
+    def _drop(self, drone: Drone, dropout: DropOut) -> None:
+        campaign = self._need()
+        was_flying = campaign.state in {CampaignState.FLYING, CampaignState.PAUSED}
+        drone.active, drone.reason = False, dropout.reason
+        self._event(
+            f"drone.{dropout.fate}", f"drone {drone.system_id}: {dropout.reason}", Severity.WARNING, drone.system_id
+        )
+        if dropout.fate is Fate.RELEASE:
+            drone.control, drone.script = Control.RELEASED, Script(())
+            campaign.gate.forget(drone.system_id)
+        else:
+            drone.script = Script(HOME_STEPS)
+        if campaign.state is CampaignState.LAUNCHING:
+            self._fail(f"drone {drone.system_id}: {dropout.reason}")
+        elif was_flying and not any(d.active for d in campaign.drones):
+            self._fail(f"no drone is left: drone {drone.system_id}: {dropout.reason}")
+
+    def _fail(self, reason: str) -> None:
+        self._move(Trigger.FAIL, reason)
+        self._begin_recovery()
+
+    def _begin_recovery(self) -> None:
+        """Bring every drone that is ours down, each from where its launch or flight has got to."""
+        for drone in self._need().drones:
+            drone.active = False
+            if drone.control is Control.RELEASED or drone.landed:
+                continue
+            drone.forget_orders()
+            if drone.halted:
+                drone.script, drone.halted = Script((*REGAIN_STEPS, *HOME_STEPS)), False
+            elif drone.control is Control.GUIDED:
+                drone.script = Script(HOME_STEPS)
+            elif drone.is_airborne:
+                drone.script = Script(LAND_HERE_STEPS)
+                drone.control = Control.AUTOPILOT
+            elif drone.status is not None and drone.status.armed:
+                drone.script = Script(DISARM_STEPS)
+            else:
+                drone.script, drone.landed = Script(()), True
+
+    def _operator(self, trigger: Trigger, actor: str, reason: str = "") -> None:
+        campaign = self.campaign
+        if campaign is None:
+            raise Refused(f"there is no campaign to {trigger}")
+        if not is_allowed(campaign.state, trigger):
+            raise Refused(f"a campaign that is {campaign.state} cannot {trigger}")
+        self._move(trigger, reason, actor)
+
+    def _move(self, trigger: Trigger, reason: str = "", actor: str = "system") -> None:
+        """Record the transition, then make it."""
+        campaign = self._need()
+        state = next_state(campaign.state, trigger)
+        severity = Severity.WARNING if trigger in {Trigger.FAIL, Trigger.LANDED_FAILED} else Severity.INFO
+        words = f"{campaign.state} -> {state}" + (f": {reason}" if reason else "")
+        self._event("campaign.state", words, severity, actor=actor, data={"state": str(state), "trigger": str(trigger)})
+        campaign.state = state
+        campaign.reason = reason or campaign.reason
+        if trigger in ENDINGS:
+            campaign.ending = ENDINGS[trigger]
+
+    def _event(
+        self,
+        kind: str,
+        message: str,
+        severity: Severity = Severity.INFO,
+        system_id: int | None = None,
+        *,
+        actor: str = "system",
+        data: Mapping[str, object] | None = None,
+    ) -> None:
+        campaign_id = self.campaign.order.campaign_id if self.campaign is not None else None
+        event = Event(self._now_s, kind, message, severity, campaign_id, system_id, actor, data or {})
+        self._journal.record(event)
+
+    def _need(self) -> Campaign:
+        if self.campaign is None:
+            raise Refused("there is no campaign")
+        return self.campaign
+
+
+def _is_settled(drone: Drone) -> bool:
+    """Down, or not ours any more."""
+    return drone.landed or drone.control is Control.RELEASED

@@ -1,0 +1,97 @@
+"""Scripts: the steps that bring one drone up or down, as tables of small objects; the runner is here."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from gcs.ports import FleetLink
+
+if TYPE_CHECKING:
+    from gcs.mission.drone import Drone
+    from gcs.mission.order import FlightSettings
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A step cannot be done; in the operator's words."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class Done:
+    """A step is done; ``then`` is put in before what follows."""
+
+    then: tuple[Step, ...] = ()
+
+
+@dataclass(frozen=True)
+class Crew:
+    """All drones of a campaign and the link, as one tick's steps see them."""
+
+    drones: Sequence[Drone]
+    link: FleetLink
+    settings: FlightSettings
+    size_m: tuple[float, float]
+
+
+class Step(Protocol):
+    """One thing to be done by one drone. ``timeout_s`` is on the flight clock."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def timeout_s(self) -> float: ...
+
+    def begin(self, drone: Drone, crew: Crew) -> None: ...
+
+    def check(self, drone: Drone, crew: Crew, now_s: float, since_s: float) -> Done | Failed | None:
+        """None while it goes on."""
+
+
+class Script:
+    """Steps in order, one after the other."""
+
+    def __init__(self, steps: tuple[Step, ...]) -> None:
+        self._steps = list(steps)
+        self._since_s: float | None = None
+
+    @property
+    def finished(self) -> bool:
+        """Nothing is left to do."""
+        return not self._steps
+
+    @property
+    def step_name(self) -> str:
+        """What is being done, for the page and for error messages."""
+        return self._steps[0].name if self._steps else ""
+
+    def run(self, drone: Drone, crew: Crew, now_s: float) -> Failed | None:
+        """Do what can be done now; a failure ends the script."""
+        while self._steps:
+            step = self._steps[0]
+            if self._since_s is None:
+                self._since_s = now_s
+                step.begin(drone, crew)
+            outcome = step.check(drone, crew, now_s, self._since_s)
+            if outcome is None and now_s - self._since_s > step.timeout_s:
+                outcome = Failed(
+                    f"drone {drone.system_id}: {step.name} took more than {step.timeout_s:.0f} s{_words(drone)}"
+                )
+            if isinstance(outcome, Failed):
+                self._steps.clear()
+                return outcome
+            if outcome is None:
+                return None
+            self._steps[:1] = outcome.then
+            self._since_s = None
+        return None
+
+
+def _words(drone: Drone) -> str:
+    """The vehicle's own newest words: 'takeoff denied' without a reason helps nobody."""
+    texts = drone.status.texts if drone.status is not None else ()
+    return f"; it last said: {texts[-1]!r}" if texts else ""

@@ -1,0 +1,220 @@
+"""The slots of a campaign: ask for a decision, fly it with the loop closed, keep the books, slot after slot.
+
+Pausing stops the slot clock: neither AoI nor data grow while the fleet holds, only energy is spent.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gcs.fleet.energy_meter import EnergyMeter
+from gcs.fleet.ledger import CampaignLedger, FleetState
+from gcs.guidance.reference import SlotReference, slot_references
+from gcs.guidance.tracking import approach, follow, holding_point_m, keep_velocity
+from gcs.mission.drone import Drone, Goal
+from gcs.mission.order import CampaignOrder
+from gcs.ports import PlanFailure, PlanTicket, SlotRecord, UavPlan, UavTrack, VelocitySetpoint
+from policy.agents.base import Decision
+from policy.world.arrays import FloatArray
+from policy.world.metrics import Metrics
+from policy.world.scenario import Scenario
+
+TIME_TOLERANCE_S = 1e-6
+SPEED_TOLERANCE = 1e-6  # rounding of a policy that commands the limit itself
+
+
+@dataclass(frozen=True)
+class SlotTrouble:
+    """A slot without a usable decision: the fleet holds, the next slot tries again."""
+
+    kind: str  # plan.late | plan.failed | plan.rejected
+    reason: str
+
+
+class SlotFlight:
+    """From the first slot's start to the last one's end."""
+
+    def __init__(
+        self, order: CampaignOrder, scenario: Scenario, drones: Sequence[Drone], now_s: float, virtual: bool
+    ) -> None:
+        """``scenario`` as these vehicles fly it; ``virtual``: time stands still while a decision is awaited."""
+        self._order, self.scenario, self._drones = order, scenario, drones
+        self._settings = order.settings
+        self._virtual = virtual
+        self._meter = EnergyMeter(len(drones))
+        self._energy_j: FloatArray = np.zeros(len(drones))
+        self._last_place_m = np.array([drone.launch_m for drone in drones])
+        self._ledger = CampaignLedger(
+            order.scenario, order.places, order.user_ids, order.system_ids, self._fleet_state()
+        )
+        self.latest: SlotRecord = self._ledger.record(now_s, self._fleet_state(), None)
+        self.decision: Decision | None = None
+        self.decision_ms: float | None = None
+        self._ticket: PlanTicket | None = None
+        self._references: tuple[SlotReference, ...] | None = None
+        self._paused_at_s: float | None = None
+        self._slot_start_s = now_s
+        self._begin_slot(now_s)
+
+    @property
+    def slot(self) -> int:
+        """The slot being flown, from 0; T when all are done."""
+        return self._ledger.slots_closed
+
+    @property
+    def finished(self) -> bool:
+        """All slots are in the books."""
+        return self.slot >= self.scenario.slots
+
+    @property
+    def metrics(self) -> Metrics | None:
+        """So far."""
+        return self.latest.metrics
+
+    def elapsed_s(self, now_s: float) -> float:
+        """Time on the slot clock."""
+        return (self._paused_at_s if self._paused_at_s is not None else now_s) - self._slot_start_s
+
+    def plans(self) -> tuple[UavPlan, ...]:
+        """What the active UAVs do in this slot, for the map; none while holding."""
+        if self._references is None or self.decision is None:
+            return ()
+        action = self.decision.action
+        return tuple(
+            UavPlan(d.system_id, float(action.heading_rad[d.index]), float(action.speed_mps[d.index]), path.outline())
+            for d, path in zip(self._drones, self._references, strict=True)
+            if d.active
+        )
+
+    def measure(self, now_s: float) -> None:
+        """Every tick, paused or not: energy and places as flown."""
+        tracks = [drone.track for drone in self._drones]
+        self._meter.tick(
+            now_s,
+            [track.speed_mps if track is not None else 0.0 for track in tracks],
+            [drone.is_airborne for drone in self._drones],
+        )
+
+    def step(self, now_s: float) -> tuple[SlotRecord | None, SlotTrouble | None]:
+        """One tick of the slot clock: the record of a slot that ended, and what kept a decision from being flown."""
+        record = None
+        if now_s >= self._slot_start_s + self.scenario.slot_s - TIME_TOLERANCE_S:
+            record = self._end_slot(now_s)
+            if self.finished:
+                self._references = None
+                return record, None
+            self._begin_slot(self._slot_start_s + self.scenario.slot_s, now_s)
+        return record, self._take_decision(now_s)
+
+    def pause(self, now_s: float) -> None:
+        """Stop the slot clock; the fleet holds where it can come to rest."""
+        self._paused_at_s = now_s
+        self.hold_all()
+
+    def resume(self, now_s: float) -> None:
+        """Go on with the slot where it was left."""
+        assert self._paused_at_s is not None
+        delay_s = now_s - self._paused_at_s
+        self._paused_at_s = None
+        self._slot_start_s += delay_s
+        if self._references is not None:
+            self._references = tuple(reference.delayed(delay_s) for reference in self._references)
+
+    def hold_all(self) -> None:
+        """New holding points for all that fly."""
+        for drone in self._drones:
+            if drone.track is not None:
+                self._hold(drone, drone.track)
+
+    def wish(self, drone: Drone, track: UavTrack, now_s: float) -> VelocitySetpoint:
+        """What this drone should be told now."""
+        gains, top_mps = self._settings.gains, self.scenario.max_speed_mps
+        if self._paused_at_s is None and drone.active:
+            if self._references is not None:
+                return follow(track, self._references[drone.index], drone.layer_alt_m, top_mps, now_s, gains)
+            if self._ticket is not None:  # within the grace: go on as before
+                return keep_velocity(track, self._entry_mps[drone.index], drone.layer_alt_m, top_mps, gains)
+        if drone.goal is None:
+            self._hold(drone, track)
+        assert drone.goal is not None
+        return approach(track, drone.goal.point_m, drone.layer_alt_m, drone.goal.speed_mps, gains)
+
+    def _hold(self, drone: Drone, track: UavTrack) -> None:
+        point_m = holding_point_m(track, self.scenario.max_accel_mps2)
+        drone.goal = Goal(point_m, drone.layer_alt_m, self._settings.transit_speed_mps)
+
+    def _begin_slot(self, start_s: float, now_s: float | None = None) -> None:
+        """Missed ticks are not made up for: a slot that starts late starts from where the fleet is."""
+        self._slot_start_s = start_s
+        self._plan_start_s = start_s if now_s is None else now_s
+        self._references = None
+        fleet = self._fleet_state()
+        self._entry_m, self._entry_vel_mps = fleet.pos_enu_m, fleet.vel_enu_mps
+        self._entry_mps = [(float(v[0]), float(v[1])) for v in fleet.vel_enu_mps]
+        self._ticket = self._order.planner.request(self._ledger.state(fleet))
+        if self._virtual:
+            self._ticket.wait(self._settings.plan_wait_s)
+
+    def _end_slot(self, now_s: float) -> SlotRecord:
+        self._energy_j = self._meter.used_j()
+        fleet = self._fleet_state()
+        self._ledger.close_slot(fleet)
+        self.latest = self._ledger.record(now_s, fleet, self.decision_ms)
+        return self.latest
+
+    def _take_decision(self, now_s: float) -> SlotTrouble | None:
+        if self._ticket is None:
+            return None
+        answer = self._ticket.poll()
+        if answer is None:
+            if not self._virtual and now_s - self._plan_start_s <= self._settings.plan_grace_s:
+                return None
+            return self._give_up("plan.late", f"no decision {now_s - self._plan_start_s:.1f} s into the slot")
+        if isinstance(answer, PlanFailure):
+            return self._give_up("plan.failed", answer.reason)
+        fault = decision_fault(answer, len(self._drones), self.scenario.max_speed_mps)
+        if fault is not None:
+            return self._give_up("plan.rejected", fault)
+        self.decision, self.decision_ms = answer, self._ticket.duration_ms
+        self._ticket = None
+        self._references = slot_references(
+            self._entry_m,
+            self._entry_vel_mps,
+            np.asarray(answer.action.vel_enu_mps, dtype=np.float64),
+            self.scenario.max_accel_mps2,
+            self._slot_start_s + self.scenario.slot_s - self._plan_start_s,
+            self._plan_start_s,
+        )
+        return None
+
+    def _give_up(self, kind: str, reason: str) -> SlotTrouble:
+        self._ticket, self.decision, self.decision_ms = None, None, None
+        self.hold_all()
+        return SlotTrouble(kind, reason)
+
+    def _fleet_state(self) -> FleetState:
+        """From the newest tracks; a drone that is silent stays where it was last seen."""
+        velocities = np.zeros((len(self._drones), 2))
+        for drone in self._drones:
+            if drone.track is not None:
+                self._last_place_m[drone.index] = (drone.track.east_m, drone.track.north_m)
+                velocities[drone.index] = (drone.track.vel_east_mps, drone.track.vel_north_mps)
+        active = [d.active and d.track is not None and not d.track.is_stale for d in self._drones]
+        return FleetState(self._last_place_m.copy(), velocities, self._energy_j, np.array(active, dtype=np.bool_))
+
+
+def decision_fault(decision: Decision, num_uavs: int, max_speed_mps: float) -> str | None:
+    """Why a decision cannot be flown, or None: shape, numbers, limits."""
+    heading, speed = np.asarray(decision.action.heading_rad), np.asarray(decision.action.speed_mps)
+    if heading.shape != (num_uavs,) or speed.shape != (num_uavs,):
+        return f"the decision has shapes {heading.shape} and {speed.shape}, not ({num_uavs},) twice"
+    if heading.dtype.kind not in "fiu" or speed.dtype.kind not in "fiu":
+        return f"the decision holds {heading.dtype} and {speed.dtype}, not numbers"
+    if not (np.all(np.isfinite(heading)) and np.all(np.isfinite(speed))):
+        return "the decision holds NaN or infinity"
+    slowest, fastest = float(np.min(speed)), float(np.max(speed))
+    if slowest < 0.0 or fastest > max_speed_mps * (1.0 + SPEED_TOLERANCE) + math.ulp(max_speed_mps):
+        return f"the decision wants {slowest:g} to {fastest:g} m/s; allowed are 0 to {max_speed_mps:g}"
+    return None
