@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import signal
+import socket
 import sys
 from contextlib import nullcontext
 from dataclasses import replace
@@ -79,7 +80,10 @@ def _target(text: str) -> tuple[str, int]:
     host, _, port = text.rpartition(":")
     if not host or not port.isdecimal() or not 1 <= int(port) <= 65535:
         raise argparse.ArgumentTypeError(f"{text!r} is no HOST:PORT, e.g. 127.0.0.1:14550")
-    return host, int(port)
+    try:  # once, here: a name looked up at every datagram would stall the simulation
+        return socket.gethostbyname(host), int(port)
+    except OSError as error:
+        raise argparse.ArgumentTypeError(f"{host!r} is no known host") from error
 
 
 def parser() -> argparse.ArgumentParser:

@@ -170,7 +170,7 @@ def test_mode_change_acknowledges_before_it_speaks() -> None:
     assert kinds == ["COMMAND_ACK", "STATUSTEXT"]
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(st.data(), st.sampled_from(sorted(BY_ID)), st.sampled_from(["ardupilot", "px4"]), st.booleans())
 def test_no_well_framed_rubbish_crashes_the_autopilot(
     data: st.DataObject, msg_id: int, flavour: str, airborne: bool
