@@ -59,6 +59,7 @@ def test_a_trace_that_cannot_be_used_names_key_and_line(good, tmp_path, trace, w
     (tmp_path / "own.csv").rename(tmp_path / "short.csv")
     (tmp_path / "words.csv").write_text("hello\nworld\n")
     text = good.replace('source = "walkers"\ncount = 5', f'source = "trace"\ntrace = "{trace}"')
+    text = text.replace("slots = 10", "slots = 60")
     mission = parse_mission_text(text, origin="m.toml", directory=tmp_path)
     with pytest.raises(MissionError, match=r"^m\.toml:18: \[users\] trace: ") as caught:
         open_campaign(mission)

@@ -110,7 +110,7 @@ def test_what_is_wrong_is_said(client, scenario, state, change, words):
         (("state", "user_aoi_slots", 1), None, "#/state/user_aoi_slots/1"),
         (("state", "slot"), 99, "slots 0 to 7"),
         (("scenario", "radio", "mcl_db"), 60.0, "nobody can be served"),
-        (("scenario", "radio", "colour"), 1.0, "unknown name in radio"),
+        (("scenario", "radio", "colour"), 1.0, "#/scenario/radio/colour"),
         (("scenario", "launch_enu_m", 0), [-5.0, 0.0], "outside the area"),
         (("scenario", "battery_j"), 10.0, "empty before the last slot"),
     ],
