@@ -3,6 +3,8 @@
 import asyncio
 from typing import Any
 
+from starlette.concurrency import run_in_threadpool
+
 from gcs.api.context import ApiContext
 from gcs.api.problems import Problem
 from gcs.ports import OperatorRequest, RequestOutcome
@@ -10,7 +12,7 @@ from gcs.ports import OperatorRequest, RequestOutcome
 
 async def ask(context: ApiContext, request: OperatorRequest, timeout_s: float) -> RequestOutcome:
     """The outcome; 503 when the flight loop does not answer in time (it may still act: the log will tell)."""
-    future = asyncio.wrap_future(context.control.submit(request))
+    future = asyncio.wrap_future(await run_in_threadpool(context.control.submit, request))  # a start reads files
     try:
         # shielded: the flight thread sets the result later, and must not find the future cancelled
         return await asyncio.wait_for(asyncio.shield(future), timeout_s)

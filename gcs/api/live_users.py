@@ -1,19 +1,22 @@
-"""Where live users are: the newest fix of each, reported by phones over REST (ports.UserPlaces).
+"""Where live users are: the newest fix of each, reported by phones over REST.
 
 Fixes come late, twice and out of order: a fix counts when it is newer than the one known. Users join in the order of
-their first fix and keep their row; rows that nobody has taken have no place (NaN) and are not active.
+their first fix. A campaign is flown for those who joined before its start: its arrays have one row a user from the
+first slot to the last.
 """
 
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 
 import numpy as np
 
+from gcs.ports import OperatorRequest, UserPlaces
 from policy.mission_file import Mission
-from policy.world.arrays import BoolArray, FloatArray
+from policy.world.arrays import FloatArray
 from policy.world.frames import LocalFrame
+from policy.world.scenario import Scenario
 
 MAX_SKEW = timedelta(seconds=60)  # a phone's clock may be ahead of ours by so much
 
@@ -52,19 +55,14 @@ class LiveUsers:
         self._pending_mb: dict[str, float] = {}
 
     @property
-    def num_users(self) -> int:
-        """Places for users, taken or not."""
+    def capacity(self) -> int:
+        """The most users that may join."""
         return int(self._pos_enu_m.shape[0])
 
-    def positions(self, sample: int) -> FloatArray:  # noqa: ARG002 a live user is only where he is now
-        """[M, 2] east, north metres; NaN where nobody has joined."""
+    def places(self) -> FloatArray:
+        """[capacity, 2] east, north metres; NaN where nobody has joined."""
         with self._lock:
             return self._pos_enu_m.copy()
-
-    def active(self) -> BoolArray:
-        """[M] who has joined."""
-        with self._lock:
-            return np.asarray(np.isfinite(self._pos_enu_m[:, 0]), dtype=np.bool_)
 
     def user_ids(self) -> Sequence[str]:
         """Who has joined, by row."""
@@ -91,7 +89,7 @@ class LiveUsers:
             return "stale"
         if not (0.0 <= east_m <= self._size_m[0] and 0.0 <= north_m <= self._size_m[1]):
             return "outside"
-        if known is None and len(self._rows) >= self.num_users:
+        if known is None and len(self._rows) >= self.capacity:
             return "full"
         row = self._rows.setdefault(fix.user, len(self._rows))
         self._pos_enu_m[row] = (east_m, north_m)
@@ -99,6 +97,18 @@ class LiveUsers:
         if fix.pending_mb is not None:
             self._pending_mb[fix.user] = fix.pending_mb
         return "accepted"
+
+
+@dataclass(frozen=True)
+class Roster:
+    """The first ``num_users`` who joined, as ports.UserPlaces."""
+
+    users: LiveUsers
+    num_users: int
+
+    def positions(self, sample: int) -> FloatArray:  # noqa: ARG002 a live user is only where he is now
+        """[M, 2] east, north metres, the newest known."""
+        return self.users.places()[: self.num_users]
 
 
 class LiveCampaigns:
@@ -115,6 +125,16 @@ class LiveCampaigns:
             if campaign_id not in self._users:
                 self._users[campaign_id] = LiveUsers(area.frame, area.size_m, mission.users.live)
             return self._users[campaign_id]
+
+    def enrol(self, request: OperatorRequest, scenario: Scenario) -> tuple[Scenario, tuple[str, ...], UserPlaces]:
+        """For the flight: who has joined when the campaign starts. Raises ValueError when nobody has."""
+        if request.campaign_id is None or request.mission is None:
+            raise ValueError("a live campaign needs an id and a mission")
+        users = self.users(request.campaign_id, request.mission)
+        ids = tuple(users.user_ids())
+        if not ids:
+            raise ValueError("no user has sent a fix yet: post fixes before the start")
+        return replace(scenario, collect_mbps=scenario.collect_mbps[: len(ids)]), ids, Roster(users, len(ids))
 
     def forget(self, campaign_id: str) -> None:
         """A campaign is over; places of people are not kept longer than needed."""

@@ -12,7 +12,6 @@ from gcs.api.schemas import VehicleView
 from gcs.api.views import vehicle_view
 from gcs.ports import (
     CommandKind,
-    Event,
     OperatorRequest,
     RequestKind,
     Severity,
@@ -50,7 +49,7 @@ async def command(sysid: SystemId, body: CommandBody, context: Context, who: Who
     outcome = await ask(context, request, context.settings.command_timeout_s)
     if outcome.verdict is None:
         raise Problem(409, outcome.reason or f"{body.command} is not possible now")
-    _record(context, who.name, outcome.verdict)
+    context.store.journal.put(CommandEntry(who.name, outcome.verdict))
     return _verdict_body(outcome.verdict)
 
 
@@ -83,18 +82,6 @@ def _view(context: ApiContext, vehicle: VehicleStatus) -> VehicleView:
     snapshot = context.control.snapshot()
     frame = None if snapshot.campaign is None else context.catalog.frame(snapshot.campaign.campaign_id)
     return vehicle_view(vehicle, snapshot.time_s, frame, context.store.tail.verdicts().get(vehicle.system_id))
-
-
-def _record(context: ApiContext, actor: str, verdict: Verdict) -> None:
-    order = verdict.command
-    severity = Severity.INFO if verdict.accepted else Severity.CAUTION
-    words = f": {verdict.reason}" if verdict.reason else ""
-    message = f"{order.kind} by {actor}: {verdict.result}{words}"
-    data = {"command": order.kind.value, "result": verdict.result.value, "reason": verdict.reason}
-    time_s = context.control.snapshot().time_s
-    event = Event(time_s, "command.verdict", message, severity, system_id=order.system_id, actor=actor, data=data)
-    context.store.journal.record(event)
-    context.store.journal.put(CommandEntry(actor, verdict))
 
 
 def _verdict_body(verdict: Verdict) -> VerdictBody:
