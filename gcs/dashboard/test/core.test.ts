@@ -109,7 +109,7 @@ describe("curves", () => {
   });
   it("take the past from the report and keep what came since", () => {
     const late = withSnapshot([], campaign({ users_slot: 3, metrics }), 3);
-    const report = { slot: [1, 2], mean_aoi_slots: [1, 2], aoi_so_far: [1, 1.5], collected_so_far: [1, 1], coverage_so_far: [1, 1], energy_so_far: [0, 0] };
+    const report = [0, 1, 2].map((slot) => ({ slot, metrics: slot === 0 ? null : metrics, users: [{ aoi_slots: slot }] }));
     expect(withReport(late, report).map((point) => point.slot)).toEqual([1, 2, 3]);
     expect(withReport(withReport(late, report), report).map((point) => point.slot)).toEqual([1, 2, 3]);
   });

@@ -41,6 +41,13 @@ describe("the page's state", () => {
     expect(state.events.value.map((one) => one.sequence)).toEqual([8, 5, 4]);
     expect(state.missedEvents.value).toBe(2);
   });
+  it("begins the log anew with another server, and not when the same one tells again", () => {
+    for (const sequence of [1, 2, 3]) state.receive(event({ sequence, message: `before ${sequence}` }), sequence);
+    state.receive(event({ sequence: 2, message: "before 2" }), 4);
+    expect(state.events.value).toHaveLength(3);
+    state.receive(event({ sequence: 2, message: "after" }), 5);
+    expect(state.events.value.map((one) => one.message)).toEqual(["after"]);
+  });
   it("never drops a warning for harmless events", () => {
     state.receive(event({ sequence: 1, severity: "warning" }), 1);
     for (let k = 2; k < 2 * state.KEPT_EVENTS; k++) state.receive(event({ sequence: k, severity: "info" }), k);

@@ -1,6 +1,6 @@
 /** The server's REST interface. Every answer is a value: what came back, or why not, in the server's words. */
 
-import type { ReportSeries } from "./series";
+import type { ReportSlot } from "./series";
 import type { CampaignStatic } from "./types";
 
 export type Answer<T> = { ok: true; value: T } | { ok: false; status: number; reason: string };
@@ -51,9 +51,10 @@ export class Api {
     private readonly key: () => string | null,
   ) {}
 
-  missions = (): Promise<Answer<MissionFile[]>> => this.list("missions");
-  campaigns = (): Promise<Answer<CampaignInfo[]>> => this.list("campaigns");
-  policies = (): Promise<Answer<PolicyInfo[]>> => this.list("policies");
+  me = (): Promise<Answer<unknown>> => this.ask("GET", "me");
+  missions = (): Promise<Answer<MissionFile[]>> => this.ask("GET", "missions");
+  campaigns = (): Promise<Answer<CampaignInfo[]>> => this.ask("GET", "campaigns");
+  policies = (): Promise<Answer<PolicyInfo[]>> => this.ask("GET", "policies");
   campaign = (id: string): Promise<Answer<CampaignDetail>> => this.ask("GET", `campaigns/${encodeURIComponent(id)}`);
   create = (mission: string, policy: string | null): Promise<Answer<CampaignInfo>> =>
     this.ask("POST", "campaigns", policy === null ? { mission } : { mission, policy });
@@ -65,15 +66,9 @@ export class Api {
   resetStop = (): Promise<Answer<unknown>> => this.ask("POST", "emergency-stop/reset");
   reportUrl = (id: string): string => `${this.base}campaigns/${encodeURIComponent(id)}/report?format=html`;
 
-  async reportSeries(id: string): Promise<Answer<ReportSeries>> {
-    const answer = await this.ask<{ series: ReportSeries }>("GET", `campaigns/${encodeURIComponent(id)}/report?format=json`);
-    return answer.ok ? { ok: true, value: answer.value.series } : answer;
-  }
-
-  private async list<T>(name: string): Promise<Answer<T[]>> {
-    const answer = await this.ask<T[] | Record<string, T[]>>("GET", name);
-    if (!answer.ok) return answer;
-    return { ok: true, value: Array.isArray(answer.value) ? answer.value : (answer.value[name] ?? []) };
+  async reportSlots(id: string): Promise<Answer<ReportSlot[]>> {
+    const answer = await this.ask<{ slots: ReportSlot[] }>("GET", `campaigns/${encodeURIComponent(id)}/report?format=json`);
+    return answer.ok ? { ok: true, value: answer.value.slots } : answer;
   }
 
   private async ask<T>(method: string, path: string, body?: unknown): Promise<Answer<T>> {

@@ -17,16 +17,25 @@ const stream = new Stream(streamUrl(location), storedKey, {
   message: (message) => state.receive(message, performance.now()),
 });
 
-/** Sign in with a key, or out with null; the connection is made anew. */
-export function signIn(key: string | null): void {
+/** Sign in with a key, or out with null; the connection is made anew. A key that is not known is not kept. */
+export async function signIn(key: string | null): Promise<void> {
   keepKey(key);
+  await checkKey();
+  if (state.refused.value !== null && key !== null) return keepKey(null);
   state.hello.value = null;
   state.closed();
   stream.connect();
 }
 
+/** A refused WebSocket does not say why; this does. */
+async function checkKey(): Promise<void> {
+  const answer = await api.me();
+  state.refused.value = !answer.ok && [401, 403].includes(answer.status) ? answer.reason : null;
+}
+
 export function start(): void {
   setInterval(() => (state.nowMs.value = performance.now()), CLOCK_MS);
+  void checkKey();
   stream.connect();
   let asked: string | null = null;
   effect(() => {
@@ -38,6 +47,6 @@ export function start(): void {
 }
 
 async function fillCurves(campaignId: string): Promise<void> {
-  const answer = await api.reportSeries(campaignId);
+  const answer = await api.reportSlots(campaignId);
   if (answer.ok) state.receiveReport(campaignId, answer.value);
 }

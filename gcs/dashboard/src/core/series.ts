@@ -1,6 +1,6 @@
 /** The curves: one point a finished slot, filled up from the report when the page was opened later. */
 
-import type { CampaignView, MetricsView, UserView } from "./types";
+import type { CampaignView, MetricsView } from "./types";
 
 export interface Point {
   slot: number;
@@ -11,16 +11,14 @@ export interface Point {
   energy: number;
 }
 
-export interface ReportSeries {
-  slot: number[];
-  mean_aoi_slots: number[];
-  aoi_so_far: number[];
-  collected_so_far: number[];
-  coverage_so_far: number[];
-  energy_so_far: number[];
+/** A slot as the server's report lists it; slot 0 has no metrics. */
+export interface ReportSlot {
+  slot: number;
+  metrics: MetricsView | null;
+  users: { aoi_slots: number }[];
 }
 
-export const meanAoi = (users: readonly UserView[]): number | null =>
+export const meanAoi = (users: readonly { aoi_slots: number }[]): number | null =>
   users.length === 0 ? null : users.reduce((sum, user) => sum + user.aoi_slots, 0) / users.length;
 
 const pointOf = (slot: number, metrics: MetricsView, aoiNow: number | null): Point => ({
@@ -42,15 +40,10 @@ export function withSnapshot(points: readonly Point[], campaign: CampaignView, a
 }
 
 /** Points of the report, with those that arrived since. */
-export function withReport(points: readonly Point[], report: ReportSeries): readonly Point[] {
-  const past = report.slot.map((slot, k): Point => ({
-    slot,
-    aoiSoFar: report.aoi_so_far[k] ?? NaN,
-    aoiNow: report.mean_aoi_slots[k] ?? null,
-    collected: report.collected_so_far[k] ?? NaN,
-    coverage: report.coverage_so_far[k] ?? NaN,
-    energy: report.energy_so_far[k] ?? NaN,
-  }));
+export function withReport(points: readonly Point[], slots: readonly ReportSlot[]): readonly Point[] {
+  const past = slots.flatMap(({ slot, metrics, users }) =>
+    metrics === null ? [] : [pointOf(slot, metrics, meanAoi(users))],
+  );
   const lastSlot = past[past.length - 1]?.slot ?? 0;
   return [...past, ...points.filter((point) => point.slot > lastSlot)];
 }

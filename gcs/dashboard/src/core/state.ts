@@ -4,7 +4,7 @@ import { batch, computed, signal } from "@preact/signals";
 
 import { allAlerts } from "./alerts";
 import { linkState } from "./freshness";
-import { meanAoi, withReport, withSnapshot, type Point, type ReportSeries } from "./series";
+import { meanAoi, withReport, withSnapshot, type Point, type ReportSlot } from "./series";
 import { withPlaces, type Trails } from "./trails";
 import type { CampaignStatic, EventMessage, HelloMessage, ServerMessage, SnapshotMessage, UserView } from "./types";
 
@@ -19,6 +19,8 @@ export const points = signal<readonly Point[]>([]);
 export const events = signal<readonly EventMessage[]>([]);
 export const missedEvents = signal(0);
 export const acknowledged = signal<ReadonlySet<number>>(new Set());
+/** Why the key at hand was not let in; null when there is nothing to say. */
+export const refused = signal<string | null>(null);
 export const selected = signal<number | null>(null);
 
 const open = signal(false);
@@ -68,8 +70,8 @@ export function receive(message: ServerMessage, atMs: number): void {
 }
 
 /** Curves of slots that were flown before the page was opened. */
-export function receiveReport(campaignId: string, report: ReportSeries): void {
-  if (area.value?.campaign_id === campaignId) points.value = withReport(points.value, report);
+export function receiveReport(campaignId: string, slots: readonly ReportSlot[]): void {
+  if (area.value?.campaign_id === campaignId) points.value = withReport(points.value, slots);
 }
 
 /** Show a campaign that is not in the air (yet); the stream takes over when another one starts. */
@@ -102,14 +104,18 @@ function takeSnapshot(message: SnapshotMessage): void {
 function takeEvent(event: EventMessage): void {
   const newest = events.value[0];
   if (newest !== undefined && event.sequence <= newest.sequence) {
-    if (event.sequence !== 1) return; // told again after a reconnect
-    events.value = []; // the server began anew
+    const known = events.value.find((one) => one.sequence === event.sequence);
+    if (known === undefined || sameEvent(known, event)) return; // told again after a reconnect
+    events.value = []; // another server, which numbers its events anew
     acknowledged.value = new Set();
   } else if (newest !== undefined && event.sequence > newest.sequence + 1) {
     missedEvents.value += event.sequence - newest.sequence - 1;
   }
   events.value = keep([event, ...events.value]);
 }
+
+const sameEvent = (a: EventMessage, b: EventMessage): boolean =>
+  a.time_s === b.time_s && a.kind === b.kind && a.message === b.message;
 
 /** Bounded, but what is not acknowledged is never dropped for what is harmless. */
 function keep(all: EventMessage[]): EventMessage[] {

@@ -6,6 +6,8 @@ import * as state from "../core/state";
 export function ConnectionBanner() {
   const link = state.link.value;
   if (link === "live") return null;
+  if (link === "connecting" && state.refused.value !== null)
+    return <p class="banner quiet" role="status">This server shows nothing without a key: sign in above.</p>;
   if (link === "connecting") return <p class="banner quiet" role="status">Connecting to the server…</p>;
   const age = state.silenceS.value;
   return (

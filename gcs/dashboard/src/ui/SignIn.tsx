@@ -14,7 +14,7 @@ export function SignIn() {
   const submit = (event: Event): void => {
     event.preventDefault();
     if (text.value.trim() === "") return;
-    signIn(text.value.trim());
+    void signIn(text.value.trim());
     text.value = "";
   };
   if (hello !== null && key !== null)
@@ -23,7 +23,7 @@ export function SignIn() {
         <span class="note" data-testid="actor">
           {hello.actor} ({hello.role})
         </span>
-        <button type="button" onClick={() => signIn(null)}>
+        <button type="button" onClick={() => void signIn(null)}>
           Sign out
         </button>
       </div>
@@ -31,7 +31,7 @@ export function SignIn() {
   return (
     <form class="sign-in" onSubmit={submit}>
       <label>
-        <span class="note">{hello === null ? (key === null ? "Key" : "Key not accepted?") : "Reading only. Key"}</span>
+        <span class="note">{hello === null ? "Key" : "Reading only. Key"}</span>
         <input
           type="password"
           autocomplete="current-password"
@@ -40,6 +40,7 @@ export function SignIn() {
         />
       </label>
       <button type="submit">Sign in</button>
+      {state.refused.value !== null && <p class="verdict bad" role="alert">Not signed in: {state.refused.value}</p>}
     </form>
   );
 }
