@@ -88,9 +88,7 @@ def _target(text: str) -> tuple[str, int]:
 
 def parser() -> argparse.ArgumentParser:
     """All options."""
-    options = _Parser(
-        prog="sitl_mock", description="Mock MAVLink autopilots with real motion, for tests and demos."
-    )
+    options = _Parser(prog="sitl_mock", description="Mock MAVLink autopilots with real motion, for tests and demos.")
     add = options.add_argument
     add("--count", type=_whole(1, MAX_COUNT), default=1, help="vehicles, system ids 1..N (default 1)")
     add("--flavour", choices=sorted(FLAVOURS), default="px4", help="whose manners (default px4)")
@@ -164,9 +162,7 @@ def _stop(_number: int, _frame: FrameType | None) -> NoReturn:
 def _serve(args: argparse.Namespace) -> None:
     setup = _setup(args)
     if args.first_port + args.count - 1 > 65535:
-        raise PortTakenError(
-            f"--first-port {args.first_port} leaves no room for {args.count} ports up to 65535"
-        )
+        raise PortTakenError(f"--first-port {args.first_port} leaves no room for {args.count} ports up to 65535")
     with listen(args.host, args.lockstep) if args.lockstep is not None else nullcontext() as listener:
         ports: list[Port] = []
         try:

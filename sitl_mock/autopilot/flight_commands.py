@@ -23,9 +23,7 @@ def _arm_disarm(vehicle: Vehicle, order: Order) -> Verdict:
     if vehicle.armed and vehicle.flying and not forced:
         return Verdict(vehicle.flavour.arm_refusal, "Disarming denied: not landed")
     if vehicle.armed:
-        vehicle.disarm(
-            "Disarming motors" if vehicle.flavour.name == "ardupilot" else "Disarmed by external command"
-        )
+        vehicle.disarm("Disarming motors" if vehicle.flavour.name == "ardupilot" else "Disarmed by external command")
     return DONE
 
 
@@ -34,12 +32,8 @@ def arming_refusal(vehicle: Vehicle) -> str | None:
     if vehicle.faults.arming_denied is not None:
         return vehicle.faults.arming_denied
     if vehicle.battery_stage:
-        return (
-            "Arm: Battery failsafe" if vehicle.flavour.name == "ardupilot" else "Arming denied: low battery"
-        )
-    early = (
-        vehicle.now_s < 0.56 * vehicle.ready_at_s
-    )  # ArduCopter: in STABILIZE 23 s of 41 s suffice (measured)
+        return "Arm: Battery failsafe" if vehicle.flavour.name == "ardupilot" else "Arming denied: low battery"
+    early = vehicle.now_s < 0.56 * vehicle.ready_at_s  # ArduCopter: in STABILIZE 23 s of 41 s suffice (measured)
     if early or (vehicle.mode.needs_position and not vehicle.ready):
         return vehicle.flavour.arm_refusal_text
     if vehicle.mode.behaviour in {Behaviour.RTL, Behaviour.LAND}:
@@ -81,12 +75,7 @@ def _takeoff(vehicle: Vehicle, order: Order) -> Verdict:
         lowest_m = here_m - vehicle.params["MIS_TAKEOFF_ALT"]
         vehicle.enter_behaviour(Behaviour.TAKEOFF)
         down_m = min(down_m, lowest_m) if down_m is not None and down_m < here_m + 1e-6 else lowest_m
-    elif (
-        vehicle.mode.behaviour is not Behaviour.GUIDED
-        or not vehicle.armed
-        or vehicle.flying
-        or down_m is None
-    ):
+    elif vehicle.mode.behaviour is not Behaviour.GUIDED or not vehicle.armed or vehicle.flying or down_m is None:
         return Verdict(Result.FAILED)
     vehicle.target = TakeoffTarget((north, east, down_m), vehicle.now_s + flavour.takeoff_delay_s)
     return DONE
@@ -133,9 +122,7 @@ def _reposition(vehicle: Vehicle, order: Order) -> Verdict:
     alt_m, here = order[7], vehicle.body.place
     if isfinite(alt_m):
         up_m = alt_m + (
-            vehicle.home.alt_amsl_m
-            if order.frame in _RELATIVE and not vehicle.flavour.takeoff_is_amsl
-            else 0.0
+            vehicle.home.alt_amsl_m if order.frame in _RELATIVE and not vehicle.flavour.takeoff_is_amsl else 0.0
         )
     else:
         up_m = here.alt_amsl_m
