@@ -50,7 +50,9 @@ def normal(seed: int, vehicle: int, step: int, number: int) -> float:
 
 
 @njit(cache=True)
-def _second_order(b: Array, row: int, rate_1ps: float, sigma_mps: float, dt: float, eta_1: float, eta_2: float) -> float:
+def _second_order(
+    b: Array, row: int, rate_1ps: float, sigma_mps: float, dt: float, eta_1: float, eta_2: float
+) -> float:
     """Across and vertical: sigma sqrt(1/rate) (1 + sqrt(3) s / rate) / (1 + s / rate)^2, stepped exactly.
 
     x1' = -a x1 + w, x2' = -a x2 + x1 with unit white noise w; the step's noise has the exact covariance.
