@@ -12,6 +12,7 @@ from sitl_mock.geodesy import Geodetic, to_ned_m
 
 _HIGHEST_M = 1e5
 _REACHED_M = 2.0  # WPNAV_RADIUS 200 cm
+_PLACES = {Command.NAV_WAYPOINT, Command.NAV_TAKEOFF, Command.NAV_LOITER_UNLIM}
 
 
 class Step(Enum):
@@ -42,31 +43,38 @@ def current_step(vehicle: Vehicle) -> Step:
             return Step.RETURN
         if item.command == Command.NAV_LAND:
             return Step.LAND
-        target = vehicle.target
-        if item.command == Command.NAV_TAKEOFF and not vehicle.flying:
-            if not isinstance(target, TakeoffTarget):
-                north, east, _ = vehicle.body.pos_ned_m
-                lift_off_s = vehicle.now_s + vehicle.flavour.takeoff_delay_s
-                vehicle.target = TakeoffTarget((north, east, _place_ned_m(vehicle, item)[2]), lift_off_s)
-            return Step.FLY
-        if item.command in {Command.NAV_WAYPOINT, Command.NAV_TAKEOFF, Command.NAV_LOITER_UNLIM}:
-            # ArduPilot keeps home in item 0 and does not fly to it.
-            skip = (
-                vehicle.mission_item == 0
-                and vehicle.flavour.name == "ardupilot"
-                and item.command == Command.NAV_WAYPOINT
-            )
-            if not skip:
-                if not isinstance(target, PositionTarget | TakeoffTarget):
-                    target = vehicle.target = PositionTarget(_place_ned_m(vehicle, item))
-                if (
-                    dist(target.pos_ned_m, vehicle.body.pos_ned_m) > _REACHED_M
-                    or item.command == Command.NAV_LOITER_UNLIM
-                ):
-                    return Step.FLY
-                vehicle.notes.append(_reached(vehicle))
+        if item.command == Command.DO_CHANGE_SPEED and item.params[1] > 0:
+            vehicle.mission_speed_mps = item.params[1]
+        elif item.command in _PLACES and not _is_home(vehicle, item):
+            if not _arrived(vehicle, item):
+                return Step.FLY
+            vehicle.notes.append(_reached(vehicle))
         vehicle.mission_item, vehicle.target = vehicle.mission_item + 1, None
     return Step.FLY
+
+
+def _is_home(vehicle: Vehicle, item: Item) -> bool:
+    """ArduPilot keeps home in item 0 and does not fly to it."""
+    return vehicle.mission_item == 0 and vehicle.flavour.name == "ardupilot" and item.command == Command.NAV_WAYPOINT
+
+
+def _arrived(vehicle: Vehicle, item: Item) -> bool:
+    """Whether a place is reached; until then it is the target. PX4 takes off by itself where it must."""
+    if not vehicle.flying:
+        lifts_off = item.command == Command.NAV_TAKEOFF or vehicle.flavour.name == "px4"
+        if lifts_off and not isinstance(vehicle.target, TakeoffTarget):
+            north, east, _ = vehicle.body.pos_ned_m
+            lift_off_s = vehicle.now_s + vehicle.flavour.takeoff_delay_s
+            vehicle.target = TakeoffTarget((north, east, _place_ned_m(vehicle, item)[2]), lift_off_s)
+        return False
+    target = vehicle.target
+    climbed = isinstance(target, TakeoffTarget) and dist(target.pos_ned_m, vehicle.body.pos_ned_m) <= _REACHED_M
+    if climbed and item.command == Command.NAV_TAKEOFF:
+        return True
+    if climbed or not isinstance(target, PositionTarget | TakeoffTarget):
+        target = vehicle.target = PositionTarget(_place_ned_m(vehicle, item), None, vehicle.mission_speed_mps)
+    near = dist(target.pos_ned_m, vehicle.body.pos_ned_m) <= _REACHED_M
+    return near and item.command != Command.NAV_LOITER_UNLIM
 
 
 def _reached(vehicle: Vehicle) -> Note:

@@ -167,7 +167,7 @@ def _received(vehicle: Vehicle, message: Message, peer: int, kind: int) -> None:
     vehicle.missions.plans[kind] = upload.items
     vehicle.missions.upload = None
     if kind == MISSION:
-        vehicle.mission_item = 0
+        vehicle.mission_item, vehicle.mission_speed_mps = 0, None
     _ack(vehicle, _sender(message, peer), Outcome.ACCEPTED, kind)
 
 

@@ -165,6 +165,7 @@ PX4 = Flavour(
         "GPS_RAW_INT": 1.0,
         "HOME_POSITION": 0.5,
         "LOCAL_POSITION_NED": 1.0,
+        "MISSION_CURRENT": 1.0,  # MavlinkMissionManager's slow rate
         "POSITION_TARGET_GLOBAL_INT": 1.0,
         "SYSTEM_TIME": 1.0,
         "SYS_STATUS": 1.0,

@@ -97,6 +97,7 @@ class Vehicle:
     stage: str = ""  # of a return, a landing or a mission
     stage_s: float = 0.0
     mission_item: int = 0
+    mission_speed_mps: float | None = None  # DO_CHANGE_SPEED in the mission
     gps_lost_s: float | None = None
     battery_low_s: float | None = None
     battery_stage: int = 0  # 0 good, 1 low, 2 critical: latched

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from sitl_mock.autopilot.constants import HEXAROTOR, BaseMode, Sensor, SystemStatus
 from sitl_mock.autopilot.flight_commands import COMPASS_LIMIT_DEG
+from sitl_mock.autopilot.missions import MISSION
 from sitl_mock.autopilot.modes import Behaviour
 from sitl_mock.autopilot.state import PositionTarget, TakeoffTarget, Vehicle, VelocityTarget
 from sitl_mock.geodesy import to_geodetic
@@ -272,8 +273,12 @@ def _version(vehicle: Vehicle) -> Values:
 
 
 def _mission_current(vehicle: Vehicle) -> Values:
+    """MISSION_STATE: 1 none stored, 2 not started, 3 flown now, 5 complete; the last item stays the current one."""
+    total = len(vehicle.missions.plans[MISSION])
     running = vehicle.mode.behaviour is Behaviour.MISSION and vehicle.armed
-    return {"seq": vehicle.mission_item, "mission_state": 3 if running else 2, "total": 0}
+    over = vehicle.mission_item >= total
+    state = 1 if total == 0 else 5 if over else 3 if running else 2
+    return {"seq": max(min(vehicle.mission_item, total - 1), 0), "mission_state": state, "total": total}
 
 
 def _system_time(vehicle: Vehicle) -> Values:
