@@ -69,6 +69,7 @@ def test_parameters_mode_arming_mission_and_log(tmp_path: Path) -> None:
         with subprocess.Popen(command, cwd=tmp_path, bufsize=0, **pipes) as process:
             try:
                 console = Console(process)
+                console.type("set flushlogs True")
                 assert int(console.hears(r"Received (\d+) parameters")[1]) > 40
                 console.type("mode GUIDED")
                 console.hears("Mode GUIDED")
@@ -81,10 +82,14 @@ def test_parameters_mode_arming_mission_and_log(tmp_path: Path) -> None:
                 console.hears(r"16 3 40\.4263000000 -86\.9197000000 15\.0")
                 console.type("param show RTL_ALT")
                 console.hears(r"RTL_ALT +1500")
+                wanted = {"HEARTBEAT", "PARAM_VALUE", "COMMAND_ACK", "MISSION_ITEM_INT"}
+                end_s = time.monotonic() + 20
+                while not wanted <= _types(tmp_path / "m.tlog"):  # its log is written by a thread of its own
+                    assert time.monotonic() < end_s, "the log lacks messages"
+                    time.sleep(0.2)
                 console.type("exit")
                 assert process.stdin is not None
                 process.stdin.close()  # its prompt waits for one more line otherwise
                 process.wait(20)
             finally:
                 process.kill()
-    assert {"HEARTBEAT", "PARAM_VALUE", "COMMAND_ACK", "MISSION_ITEM_INT"} <= _types(tmp_path / "m.tlog")

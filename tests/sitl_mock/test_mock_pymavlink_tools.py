@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -83,14 +84,14 @@ def test_a_recorded_link_is_a_log_that_pymavlink_reads(tmp_path: Path) -> None:
     port, log = free_port(), tmp_path / "flight.tlog"
     with running("--first-port", str(port)) as mock:
         link = connect(port)
-        link.setup_logfile(str(log))
         link.mav.heartbeat_send(6, 8, 0, 0, 0)
         heard = 0
-        for tenth in range(300):
-            mock.advance_to(tenth / 10)
-            while link.recv_msg() is not None:
-                heard += 1
-        link.logfile.close()
+        with log.open("wb") as file:
+            for tenth in range(300):
+                mock.advance_to(tenth / 10)
+                while (message := link.recv_msg()) is not None:
+                    file.write(struct.pack(">Q", 10**15 + tenth * 10**5) + message.get_msgbuf())
+                    heard += 1
         link.close()
     reader = mavutil.mavlink_connection(str(log))
     kinds: list[str] = []
