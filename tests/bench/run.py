@@ -12,6 +12,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from autopilots import mock_speed
 from decisions import decision_times
 from flights import campaign_wall_times
 from setpoints import setpoint_periods
@@ -21,6 +22,7 @@ Row = tuple[str, str, str]
 SECTIONS: dict[str, tuple[str, Callable[[bool], list[Row]]]] = {
     "decisions": ("Decision time, one thread, 92 users, ideal motion", decision_times),
     "stepping": ("Environment steps per second, one thread", steps_per_second),
+    "mock": ("The mock autopilot, CPU time on one thread", mock_speed),
     "flights": ("A campaign over MAVLink sockets, as fast as the machine allows", campaign_wall_times),
     "setpoints": ("Setpoint period on the wire while the API serves 200 requests/s", setpoint_periods),
 }
