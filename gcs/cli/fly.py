@@ -152,12 +152,12 @@ def _flown(
 def _conclude(args: argparse.Namespace, flown: FlownCampaign) -> int:
     console, metrics = Console(), flown.metrics
     if metrics is not None:
-        random = random_beside(flown)
-        print_table(flown, metrics, random, console)
         if args.json is not None:
             write_result(args.json, flown.result(metrics))
         if args.trajectory is not None:
             write_trajectory(args.trajectory, trajectory_rows(flown.records))
+        random = random_beside(flown)
+        print_table(flown, metrics, random, console)
         if args.report is not None:
             console.print(f"report: {write_report(flown, random, args.report)}", soft_wrap=True)
     if flown.state is CampaignState.DONE:
