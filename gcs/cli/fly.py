@@ -60,7 +60,11 @@ def run_fly(args: argparse.Namespace) -> int:
     """Exit code 0: flown to the end; 1: ended early; 2: could not begin."""
     try:
         return _fly(args)
-    except (ValueError, ClockError, OSError) as error:  # MissionError, OutputError, UnknownPolicyError ... are ValueErrors
+    except (
+        ValueError,
+        ClockError,
+        OSError,
+    ) as error:  # MissionError, OutputError, UnknownPolicyError ... are ValueErrors
         return complain(PROGRAM, error)
 
 
@@ -163,7 +167,9 @@ def _conclude(args: argparse.Namespace, flown: FlownCampaign) -> int:
     if flown.state is CampaignState.DONE:
         return 0
     print_reason = f"the campaign is {flown.state} after {flown.records[-1].slot if flown.records else 0} slots"
-    Console(stderr=True).print(f"{PROGRAM}: {print_reason}: {flown.reason}", highlight=False, markup=False, soft_wrap=True)
+    Console(stderr=True).print(
+        f"{PROGRAM}: {print_reason}: {flown.reason}", highlight=False, markup=False, soft_wrap=True
+    )
     return 1
 
 

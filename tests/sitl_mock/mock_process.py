@@ -55,9 +55,7 @@ class Mock:
 def running(*options: str, count: int = 1, lockstep: bool = True) -> Iterator[Mock]:
     extra = ["--lockstep", "0"] if lockstep else []
     command = [sys.executable, "-m", "sitl_mock", "--count", str(count), *extra, *options]
-    with subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         lines = [process.stdout.readline().strip() for _ in range(count + lockstep)]
         clock, replies = None, None

@@ -58,9 +58,7 @@ class Station:
             if datagram.index == self.index and datagram.peer in (None, self.peer):
                 self.heard += self._decoder.parse_buffer(bytearray(datagram.data)) or []
 
-    def command(
-        self, number: int, *params: float, component: int = 1, target: int | None = None
-    ) -> int | None:
+    def command(self, number: int, *params: float, component: int = 1, target: int | None = None) -> int | None:
         """Sends a COMMAND_LONG and returns the verdict of its acknowledgement, None if none came."""
         full = (*params, *(0.0,) * (7 - len(params)))
         system = self.target if target is None else target
@@ -69,9 +67,7 @@ class Station:
         assert len(acks) <= 1
         return acks[0].result if acks else None
 
-    def velocity(
-        self, north: float, east: float, down: float = 0.0, *, mask: int = VELOCITY, yaw: float = 0.0
-    ) -> None:
+    def velocity(self, north: float, east: float, down: float = 0.0, *, mask: int = VELOCITY, yaw: float = 0.0) -> None:
         self.send(
             mav.MAVLink_set_position_target_global_int_message(
                 0, self.target, 1, 6, mask, 0, 0, 0, north, east, down, 0, 0, 0, yaw, 0

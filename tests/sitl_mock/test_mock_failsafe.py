@@ -186,9 +186,7 @@ def test_bad_fault_files_say_what_and_where(tmp_path: Path, text: str, says: str
 
 def test_good_fault_file_is_read(tmp_path: Path) -> None:
     path = tmp_path / "faults.toml"
-    path.write_text(
-        "[[fault]]\nkind = 'loss'\nvehicle = 2\nat_s = 30\nfor_s = 10.0\nvalue = 0.3\ndirection = 'up'\n"
-    )
+    path.write_text("[[fault]]\nkind = 'loss'\nvehicle = 2\nat_s = 30\nfor_s = 10.0\nvalue = 0.3\ndirection = 'up'\n")
     assert load(path, vehicles=2, modes=()) == [Fault("loss", 2, 30, 10.0, 0.3, "up")]
 
 

@@ -11,9 +11,7 @@ RELATIVE = mav.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT
 
 
 def item(seq: int, command: int, lat: int = 0, lon: int = 0, alt_m: float = 0.0, kind: int = 0) -> Any:
-    return mav.MAVLink_mission_item_int_message(
-        1, 1, seq, RELATIVE, command, 0, 1, 0, 0, 0, 0, lat, lon, alt_m, kind
-    )
+    return mav.MAVLink_mission_item_int_message(1, 1, seq, RELATIVE, command, 0, 1, 0, 0, 0, 0, lat, lon, alt_m, kind)
 
 
 def upload(ground: Station, items: list[Any], kind: int = 0) -> int:

@@ -91,9 +91,7 @@ def test_energy_is_the_worlds() -> None:
     fleet = airborne()
     command(fleet, 0.0, 0.0)
     fleet.advance(500)
-    assert float(fleet.used_j[0]) == pytest.approx(
-        10.0 * float(propulsion_power_w(np.float64(0.0))), rel=1e-9
-    )
+    assert float(fleet.used_j[0]) == pytest.approx(10.0 * float(propulsion_power_w(np.float64(0.0))), rel=1e-9)
     fleet.place(np.array([[0.0, 0.0, -50.0]]), np.array([[18.0, 0.0, 0.0]]))
     command(fleet, 18.0, 0.0)
     fleet.advance(5000)

@@ -30,9 +30,7 @@ def _drive(mock: Mock, now_s: float, seconds: float, act: Callable[[], None], li
 
 def test_two_drones_fly_over_udp_in_virtual_time() -> None:
     port = free_port(2)
-    with running(
-        "--first-port", str(port), "--flavour", "ardupilot", "--ready-after-s", "1", count=2
-    ) as mock:
+    with running("--first-port", str(port), "--flavour", "ardupilot", "--ready-after-s", "1", count=2) as mock:
         assert mock.lines[1] == f"drone 1 ready: udpout:127.0.0.1:{port} sysid 1 ardupilot"
         assert mock.lines[2].endswith("sysid 2 ardupilot")
         links = [connect(port), connect(port + 1)]
@@ -48,9 +46,7 @@ def test_two_drones_fly_over_udp_in_virtual_time() -> None:
         def fly_apart() -> None:
             for system, link in enumerate(links, start=1):
                 north = 10 if system == 1 else -10
-                link.mav.set_position_target_global_int_send(
-                    0, system, 1, 6, 3527, 0, 0, 0, north, 0, 0, 0, 0, 0, 0, 0
-                )
+                link.mav.set_position_target_global_int_send(0, system, 1, 6, 3527, 0, 0, 0, north, 0, 0, 0, 0, 0, 0, 0)
 
         now_s = _drive(mock, 0.0, 2.0, heartbeat, links)
         for number, *params in ((511, 33, 1e5), (176, 1, 4), (400, 1), (22, 0, 0, 0, 0, 0, 0, 20)):
@@ -71,9 +67,7 @@ def test_two_drones_fly_over_udp_in_virtual_time() -> None:
 def test_lock_step_is_fast() -> None:
     """2 vehicles, position and attitude at 10 Hz: at least 200 times real time with the clients' share."""
     port = free_port(2)
-    with running(
-        "--first-port", str(port), "--flavour", "ardupilot", "--ready-after-s", "1", count=2
-    ) as mock:
+    with running("--first-port", str(port), "--flavour", "ardupilot", "--ready-after-s", "1", count=2) as mock:
         sockets = [connect(port), connect(port + 1)]
         for system, link in enumerate(sockets, start=1):
             for message in (33, 30):

@@ -66,9 +66,7 @@ def test_data_stream_request_turns_groups_on() -> None:
     assert counts["GLOBAL_POSITION_INT"] == pytest.approx(20, abs=1)
     assert "ATTITUDE" not in counts
     ground.send(mav.MAVLink_request_data_stream_message(1, 1, 0, 2, 1))
-    assert {"ATTITUDE", "VFR_HUD", "SYS_STATUS", "BATTERY_STATUS", "EKF_STATUS_REPORT"} <= set(
-        _counts(ground.run(2.0))
-    )
+    assert {"ATTITUDE", "VFR_HUD", "SYS_STATUS", "BATTERY_STATUS", "EKF_STATUS_REPORT"} <= set(_counts(ground.run(2.0)))
 
 
 def test_telemetry_agrees_with_the_physics() -> None:

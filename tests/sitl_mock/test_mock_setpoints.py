@@ -113,9 +113,7 @@ def test_yaw_is_followed_and_body_frame_turns_with_it() -> None:
     fly(ground)
     ground.run(4.0, every_s=0.1, do=lambda: ground.velocity(0, 0, mask=VELOCITY_YAW, yaw=radians(90)))
     assert ground.vehicle.body.yaw_rad == pytest.approx(radians(90), abs=0.02)
-    body = mav.MAVLink_set_position_target_local_ned_message(
-        0, 1, 1, 8, 3527, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0
-    )
+    body = mav.MAVLink_set_position_target_local_ned_message(0, 1, 1, 8, 3527, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0)
     ground.run(6.0, every_s=0.1, do=lambda: ground.send(body))
     assert ground.vehicle.body.vel_ned_mps == pytest.approx((0.0, 5.0, 0.0), abs=0.1)
 
@@ -123,9 +121,7 @@ def test_yaw_is_followed_and_body_frame_turns_with_it() -> None:
 def test_local_ned_velocity_and_position_echo() -> None:
     ground = station("ardupilot")
     fly(ground)
-    local = mav.MAVLink_set_position_target_local_ned_message(
-        0, 1, 1, 1, 3527, 0, 0, 0, -4, 3, 0, 0, 0, 0, 0, 0
-    )
+    local = mav.MAVLink_set_position_target_local_ned_message(0, 1, 1, 1, 3527, 0, 0, 0, -4, 3, 0, 0, 0, 0, 0, 0)
     ground.run(5.0, every_s=0.1, do=lambda: ground.send(local))
     assert ground.vehicle.body.vel_ned_mps == pytest.approx((-4.0, 3.0, 0.0), abs=0.1)
     assert ground.command(512, mav.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT) == 0
@@ -136,9 +132,7 @@ def test_local_ned_velocity_and_position_echo() -> None:
 def test_position_target_is_flown_to_and_held() -> None:
     ground = station("ardupilot")
     fly(ground)
-    place = mav.MAVLink_set_position_target_local_ned_message(
-        0, 1, 1, 1, 3576, 40, -30, -35, 0, 0, 0, 0, 0, 0, 0, 0
-    )
+    place = mav.MAVLink_set_position_target_local_ned_message(0, 1, 1, 1, 3576, 40, -30, -35, 0, 0, 0, 0, 0, 0, 0, 0)
     ground.send(place)
     ground.run(25.0)
     assert ground.vehicle.body.pos_ned_m == pytest.approx((40.0, -30.0, -35.0), abs=0.3)
@@ -160,15 +154,11 @@ def test_px4_truncates_at_mpc_xy_vel_max() -> None:
     st.lists(st.floats(width=32), min_size=11, max_size=11),
     st.sampled_from(["ardupilot", "px4"]),
 )
-def test_no_setpoint_can_make_the_state_meaningless(
-    mask: int, frame: int, values: list[float], flavour: str
-) -> None:
+def test_no_setpoint_can_make_the_state_meaningless(mask: int, frame: int, values: list[float], flavour: str) -> None:
     ground = station(flavour)
     fly(ground, 5.0)
     if flavour == "px4":
         offboard(ground)
     ground.send(mav.MAVLink_set_position_target_local_ned_message(0, 1, 1, frame, mask, *values))
     ground.run(1.0)
-    assert all(
-        abs(value) < 1e6 for value in (*ground.vehicle.body.pos_ned_m, *ground.vehicle.body.vel_ned_mps)
-    )
+    assert all(abs(value) < 1e6 for value in (*ground.vehicle.body.pos_ned_m, *ground.vehicle.body.vel_ned_mps))

@@ -55,9 +55,7 @@ def _values(draw: st.DrawFn, definition: Definition) -> dict[str, Any]:
 def _as_stranger(definition: Definition, values: dict[str, Any]) -> Any:
     def adapt(name: str) -> Any:
         value = values[name]
-        return (
-            value.encode() if isinstance(value, str) else list(value) if isinstance(value, tuple) else value
-        )
+        return value.encode() if isinstance(value, str) else list(value) if isinstance(value, tuple) else value
 
     kind = _stranger(definition.name)
     return kind(**{name: adapt(name) for name in kind.fieldnames})
