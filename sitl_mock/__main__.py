@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import signal
+import socket
 import sys
 from contextlib import nullcontext
 from dataclasses import replace
@@ -79,14 +80,15 @@ def _target(text: str) -> tuple[str, int]:
     host, _, port = text.rpartition(":")
     if not host or not port.isdecimal() or not 1 <= int(port) <= 65535:
         raise argparse.ArgumentTypeError(f"{text!r} is no HOST:PORT, e.g. 127.0.0.1:14550")
-    return host, int(port)
+    try:  # once, here: a name looked up at every datagram would stall the simulation
+        return socket.gethostbyname(host), int(port)
+    except OSError as error:
+        raise argparse.ArgumentTypeError(f"{host!r} is no known host") from error
 
 
 def parser() -> argparse.ArgumentParser:
     """All options."""
-    options = _Parser(
-        prog="sitl_mock", description="Mock MAVLink autopilots with real motion, for tests and demos."
-    )
+    options = _Parser(prog="sitl_mock", description="Mock MAVLink autopilots with real motion, for tests and demos.")
     add = options.add_argument
     add("--count", type=_whole(1, MAX_COUNT), default=1, help="vehicles, system ids 1..N (default 1)")
     add("--flavour", choices=sorted(FLAVOURS), default="px4", help="whose manners (default px4)")
@@ -160,9 +162,7 @@ def _stop(_number: int, _frame: FrameType | None) -> NoReturn:
 def _serve(args: argparse.Namespace) -> None:
     setup = _setup(args)
     if args.first_port + args.count - 1 > 65535:
-        raise PortTakenError(
-            f"--first-port {args.first_port} leaves no room for {args.count} ports up to 65535"
-        )
+        raise PortTakenError(f"--first-port {args.first_port} leaves no room for {args.count} ports up to 65535")
     with listen(args.host, args.lockstep) if args.lockstep is not None else nullcontext() as listener:
         ports: list[Port] = []
         try:

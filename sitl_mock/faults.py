@@ -96,14 +96,10 @@ KINDS: dict[str, Kind] = {
     "jitter": _link("jitter_s"),
     "duplicate": _link("duplicate", high=1.0),
     "cut": Kind(lambda v, f: _cut(v, f, cut=True), lambda v, f: _cut(v, f, cut=False)),
-    "deny_arming": Kind(
-        lambda v, f: _deny(v, f.text or "PreArm: Check mag field"), lambda v, _: _deny(v, None)
-    ),
+    "deny_arming": Kind(lambda v, f: _deny(v, f.text or "PreArm: Check mag field"), lambda v, _: _deny(v, None)),
     "gps_loss": Kind(lambda v, _: _gps(v, lost=True), lambda v, _: _gps(v, lost=False)),
     "pilot": Kind(lambda v, f: v.autopilot.switch_by_radio(f.text), _pilot_leaves, needs_text="a mode name"),
-    "battery_drop": Kind(
-        lambda v, f: v.autopilot.vehicle.body.drain(f.value), lambda _v, _f: None, low=0.0, high=1.0
-    ),
+    "battery_drop": Kind(lambda v, f: v.autopilot.vehicle.body.drain(f.value), lambda _v, _f: None, low=0.0, high=1.0),
 }
 _NUMBERS = {"at_s", "for_s", "value"}
 _KEYS = [part.name for part in fields(Fault)]
@@ -144,17 +140,13 @@ def _fault(row: Any, where: str, vehicles: int, modes: tuple[str, ...]) -> Fault
         raise FaultFileError(f"{where}: vehicle = {vehicle!r} is none of 0 (all) to {vehicles}")
     fault = Fault(**row)
     if fault.for_s <= 0:
-        raise FaultFileError(
-            f"{where}: for_s = {fault.for_s} is over before it begins; leave it out for no end"
-        )
+        raise FaultFileError(f"{where}: for_s = {fault.for_s} is over before it begins; leave it out for no end")
     if fault.direction not in {"up", "down", "both"}:
         raise FaultFileError(f"{where}: direction = {fault.direction!r} is none of up, down, both")
     if kind.low is not None and not kind.low <= fault.value <= kind.high:
         raise FaultFileError(f"{where}: value = {fault.value} is not within {kind.low} to {kind.high}")
     if kind.needs_text and fault.text not in modes:
-        raise FaultFileError(
-            f"{where}: text = {fault.text!r} is not {kind.needs_text}; known are {', '.join(modes)}"
-        )
+        raise FaultFileError(f"{where}: text = {fault.text!r} is not {kind.needs_text}; known are {', '.join(modes)}")
     return fault
 
 
@@ -164,9 +156,7 @@ class Script:
     def __init__(self, faults: list[Fault]) -> None:
         """`faults` in any order."""
         starts = [(fault.at_s, 1, n, fault) for n, fault in enumerate(faults)]
-        ends = [
-            (fault.at_s + fault.for_s, 0, n, fault) for n, fault in enumerate(faults) if isfinite(fault.for_s)
-        ]
+        ends = [(fault.at_s + fault.for_s, 0, n, fault) for n, fault in enumerate(faults) if isfinite(fault.for_s)]
         self._events = sorted(starts + ends, key=lambda event: event[:3])
         self._next = 0
 

@@ -53,9 +53,7 @@ class Link:
         for _ in range(copies):
             jitter_s = abs(self._rng.normal(0.0, quality.jitter_s)) if quality.jitter_s else 0.0
             self._count += 1
-            heapq.heappush(
-                self._waiting, _Waiting(now_s + quality.delay_s + jitter_s, self._count, peer, data)
-            )
+            heapq.heappush(self._waiting, _Waiting(now_s + quality.delay_s + jitter_s, self._count, peer, data))
 
     def take(self, now_s: float) -> list[tuple[int | None, bytes]]:
         """Datagrams that have arrived by now, oldest first."""

@@ -61,9 +61,7 @@ class Simulation:
         seeds = np.random.SeedSequence(setup.seed).spawn(2 * setup.count)
         links = [Link(np.random.default_rng(seed)) for seed in seeds]
         self.autopilots = [self._autopilot(setup, index) for index in range(setup.count)]
-        self._victims = [
-            Victim(pilot, links[2 * i], links[2 * i + 1]) for i, pilot in enumerate(self.autopilots)
-        ]
+        self._victims = [Victim(pilot, links[2 * i], links[2 * i + 1]) for i, pilot in enumerate(self.autopilots)]
         self._script = Script(list(setup.faults))
         self._fleet.advance(0)  # compiles or loads the kernel before anybody waits for it
 

@@ -111,8 +111,8 @@ class UserView(Message):
     """One user at the end of slot ``users_slot``."""
 
     user_id: str
-    east_m: float
-    north_m: float
+    east_m: float | None  # None: joined, but no place known yet
+    north_m: float | None
     aoi_slots: float
     data_mb: float
     served: bool

@@ -78,7 +78,7 @@ def _apply_state(session: Session, event: Event, now: datetime) -> None:
     state = event.data.get("state")
     if event.kind != STATE_KIND or event.campaign_id is None or str(state) not in STATES:
         return
-    reason = clean_text(str(event.data.get("reason", "")))
+    reason = clean_text(str(event.data.get("reason") or event.message.partition(": ")[2]))  # "flying -> failed: why"
     changed = update(CampaignRow).where(CampaignRow.id == event.campaign_id)
     session.execute(changed.values(state=str(state), reason=reason, updated_at=now))
 

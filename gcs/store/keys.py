@@ -15,6 +15,7 @@ from datetime import UTC, datetime
 from enum import StrEnum
 
 from sqlalchemy import Engine, select, update
+from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from gcs.store.jsonable import clean_text
@@ -110,8 +111,17 @@ class Keys:
         with self._lock:
             now_s = self._monotonic_s()
             if self._loaded_s is None or now_s - self._loaded_s > RELOAD_S:
-                self._active = self._load()
+                self._active = self._load_or_keep()
                 self._loaded_s = now_s
+            return self._active
+
+    def _load_or_keep(self) -> Mapping[str, _Stored]:
+        """A store that is away for a while locks nobody out who was in."""
+        try:
+            return self._load()
+        except SQLAlchemyError:
+            if not self._active:
+                raise
             return self._active
 
     def _load(self) -> Mapping[str, _Stored]:

@@ -10,7 +10,8 @@ from sqlalchemy.orm import Session
 
 from gcs.ports import Severity, SlotRecord
 from gcs.store.models import CommandRow, EventRow, SlotRow, UploadRow
-from gcs.store.records import EventRecord, event_record, slot_record
+from gcs.store.records import EventRecord, event_record, recorded_metrics, slot_record
+from policy.world.metrics import Metrics
 
 RANK = {Severity.INFO: 0, Severity.CAUTION: 1, Severity.WARNING: 2}
 
@@ -72,12 +73,12 @@ class Slots:
         with Session(self.engine) as session:
             return [slot_record(row) for row in session.scalars(query)]
 
-    def latest(self, campaign_id: str) -> SlotRecord | None:
-        """The newest slot of a campaign, or None before its start."""
-        query = select(SlotRow).where(SlotRow.campaign_id == campaign_id).order_by(SlotRow.slot.desc()).limit(1)
+    def progress(self, campaign_id: str) -> tuple[int, Metrics | None]:
+        """The newest slot's number and the metrics so far, without reading every user; (0, None) before the start."""
+        query = select(SlotRow.slot, SlotRow.metrics).where(SlotRow.campaign_id == campaign_id)
         with Session(self.engine) as session:
-            row = session.scalars(query).first()
-            return None if row is None else slot_record(row)
+            row = session.execute(query.order_by(SlotRow.slot.desc()).limit(1)).first()
+        return (0, None) if row is None else (row.slot, recorded_metrics(row.metrics))
 
 
 @dataclass(frozen=True)

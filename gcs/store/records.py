@@ -71,9 +71,14 @@ def slot_record(row: SlotRow) -> SlotRecord:
         time_s=row.time_s,
         uavs=tuple(UavSlot(**_with_nan(uav)) for uav in row.uavs),
         users=tuple(UserSlot(**_with_nan(user)) for user in row.users),
-        metrics=None if row.metrics is None else Metrics(**_with_nan(row.metrics)),
+        metrics=recorded_metrics(row.metrics),
         decision_ms=row.decision_ms,
     )
+
+
+def recorded_metrics(values: Mapping[str, Any] | None) -> Metrics | None:
+    """Metrics as stored."""
+    return None if values is None else Metrics(**_with_nan(values))
 
 
 def _with_nan(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,8 +13,10 @@ def check_destination(path: Path) -> None:
     """Raise :class:`OutputError` unless a file can be written at ``path``."""
     try:
         is_folder, has_folder = path.is_dir(), path.parent.is_dir()
-    except (OSError, ValueError) as error:  # a name too long, or with NUL
-        raise OutputError(f"{str(path)!a}: is no usable file name: {error}") from error
+    except OSError as error:  # a name too long, or a folder on the way that may not be searched
+        raise OutputError(f"{str(path)!a}: is no usable file name: {error.strerror}") from error
+    if "\0" in str(path):
+        raise OutputError(f"{str(path)!a}: is no usable file name: it holds NUL")
     if is_folder:
         raise OutputError(f"{path}: is a folder; name a file")
     if not has_folder:

@@ -150,10 +150,7 @@ def _mission(reference: str | dict[str, Any] | None) -> Any:
 
 
 def _scenario(wire: ScenarioWire) -> Scenario:
-    try:
-        scenario = scenario_from(wire)
-    except TypeError as error:
-        raise MissionError(f"scenario: unknown name in radio or objective: {error}") from error
+    scenario = scenario_from(wire)
     check_scenario(scenario, Source("scenario"))
     return scenario
 

@@ -14,7 +14,7 @@ class ServerError(ValueError):
 
 
 def bind(host: str, port: int) -> socket.socket:
-    """A bound socket. Raises :class:`ServerError`."""
+    """A listening socket. Raises :class:`ServerError`."""
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
@@ -25,6 +25,7 @@ def bind(host: str, port: int) -> socket.socket:
     try:
         bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         bound.bind(address)
+        bound.listen()  # from now on clients wait instead of being refused
     except OSError as error:
         bound.close()
         raise ServerError(f"cannot listen on {host}:{port}: {error.strerror}; choose another --port") from error

@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from policy.agents.base import Decision
+from policy.mission_file.schema import Number, ObstacleSection, Pair, RadioSection, Weight
 from policy.world.channel import Radio
 from policy.world.scenario import Area, Objective, Obstacle, Scenario
 from policy.world.state import JointAction, WorldState
@@ -19,8 +20,6 @@ from policy.world.state import JointAction, WorldState
 MAX_UAVS = 250
 MAX_USERS = 10_000
 
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Pair = Annotated[list[Number], Field(min_length=2, max_length=2)]
 UavPairs = Annotated[list[Pair], Field(min_length=1, max_length=MAX_UAVS)]
 UavNumbers = Annotated[list[Number], Field(min_length=1, max_length=MAX_UAVS)]
 UserPairs = Annotated[list[Pair], Field(min_length=1, max_length=MAX_USERS)]
@@ -31,30 +30,33 @@ class _Wire(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
 
-class ObstacleWire(_Wire):
-    """One building."""
+class ObjectiveWire(_Wire):
+    """Weights; what is left out is the paper's."""
 
-    name: Annotated[str, Field(max_length=100)]
-    height_m: Number
-    polygon_m: Annotated[list[Pair], Field(min_length=3, max_length=100)]
+    gamma: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
+    c_collect: Weight | None = None
+    c_aoi: Weight | None = None
+    c_cover: Weight | None = None
+    c_energy: Weight | None = None
+    penalty: Weight | None = None
 
 
 class ScenarioWire(_Wire):
     """The fixed part of a campaign, as in the mission file but with what follows from it worked out."""
 
     south_west_deg: Pair
-    size_m: Pair
-    obstacles: Annotated[list[ObstacleWire], Field(max_length=200)] = []
+    size_m: Annotated[list[Annotated[float, Field(ge=10.0, le=20_000.0)]], Field(min_length=2, max_length=2)]
+    obstacles: Annotated[list[ObstacleSection], Field(max_length=200)] = []
     launch_enu_m: UavPairs
-    collect_mbps: UserNumbers
-    slots: Annotated[int, Field(ge=1, le=1_000_000)]
+    collect_mbps: Annotated[list[Weight], Field(min_length=1, max_length=MAX_USERS)]
+    slots: Annotated[int, Field(ge=1, le=10_000)]
     slot_s: Annotated[float, Field(ge=1.0, le=600.0)]
-    altitude_m: Number
+    altitude_m: Annotated[float, Field(ge=10.0, le=1000.0)]
     max_speed_mps: Annotated[float, Field(gt=0.0, le=60.0)]
     max_accel_mps2: Annotated[float, Field(ge=0.1, le=1000.0)] | None = None
     battery_j: Annotated[float, Field(gt=0.0, le=1e12)]
-    radio: dict[str, Number] = {}
-    objective: dict[str, Number] = {}
+    radio: RadioSection = RadioSection()
+    objective: ObjectiveWire = ObjectiveWire()
     obstacle_margin_m: Annotated[float, Field(ge=0.0, le=1000.0)] = 15.0
     layer_m: Annotated[float, Field(ge=0.0, le=100.0)] = 5.0
 
@@ -113,7 +115,7 @@ def scenario_document(scenario: Scenario) -> dict[str, Any]:
 
 
 def scenario_from(wire: ScenarioWire) -> Scenario:
-    """The scenario itself; TypeError for radio or objective names that are none."""
+    """The scenario itself; whether it can be flown is for ``mission_file.checks``."""
     (lat, lon), (width_m, depth_m) = wire.south_west_deg, wire.size_m
     obstacles = tuple(Obstacle(o.name, o.height_m, tuple((e, n) for e, n in o.polygon_m)) for o in wire.obstacles)
     return Scenario(
@@ -126,8 +128,8 @@ def scenario_from(wire: ScenarioWire) -> Scenario:
         max_speed_mps=wire.max_speed_mps,
         max_accel_mps2=math.inf if wire.max_accel_mps2 is None else wire.max_accel_mps2,
         battery_j=wire.battery_j,
-        radio=Radio(**wire.radio),
-        objective=Objective(**wire.objective),
+        radio=Radio(**wire.radio.model_dump(exclude_none=True)),
+        objective=Objective(**wire.objective.model_dump(exclude_none=True)),
         obstacle_margin_m=wire.obstacle_margin_m,
         layer_m=wire.layer_m,
     )

@@ -36,9 +36,7 @@ class Outgoing:
 class Autopilot:
     """One vehicle's flight controller as its links see it."""
 
-    def __init__(
-        self, system: int, flavour: Flavour, body: Body, *, ready_after_s: float | None = None
-    ) -> None:
+    def __init__(self, system: int, flavour: Flavour, body: Body, *, ready_after_s: float | None = None) -> None:
         """`ready_after_s` None: as long as the real one's position estimate takes."""
         first = flavour.modes.by_name(flavour.first_mode)
         assert first is not None, f"{flavour.name}: first mode {flavour.first_mode} is not in its table"
@@ -110,6 +108,4 @@ class Autopilot:
     def _encode(self, note: Note) -> bytes:
         self._seq = (self._seq + 1) & 0xFF
         vehicle = self.vehicle
-        return encode(
-            note.name, note.values, system=vehicle.system, component=vehicle.component, seq=self._seq
-        )
+        return encode(note.name, note.values, system=vehicle.system, component=vehicle.component, seq=self._seq)

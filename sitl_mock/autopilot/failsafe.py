@@ -28,9 +28,7 @@ def battery(vehicle: Vehicle) -> None:
     vehicle.battery_low_s = (
         (vehicle.battery_low_s if vehicle.battery_low_s is not None else vehicle.now_s) if low else None
     )
-    long_enough = (
-        vehicle.battery_low_s is not None and vehicle.now_s - vehicle.battery_low_s >= rule.low_delay_s
-    )
+    long_enough = vehicle.battery_low_s is not None and vehicle.now_s - vehicle.battery_low_s >= rule.low_delay_s
     if vehicle.battery_stage == 0 and long_enough:
         vehicle.battery_stage = 1
         _warn_battery(vehicle, "low", state.voltage_v, state.used_mah)
@@ -76,12 +74,7 @@ def position(vehicle: Vehicle) -> None:
     if vehicle.gps_lost_s is None:
         vehicle.gps_lost_s = vehicle.now_s
     due = vehicle.now_s - vehicle.gps_lost_s >= vehicle.flavour.gps_loss_s
-    if (
-        due
-        and vehicle.mode.needs_position
-        and vehicle.flying
-        and vehicle.mode.behaviour is not Behaviour.LAND
-    ):
+    if due and vehicle.mode.needs_position and vehicle.flying and vehicle.mode.behaviour is not Behaviour.LAND:
         vehicle.say(Severity.CRITICAL, "EKF Failsafe: changed to LAND Mode")
         _switch(vehicle, vehicle.flavour.gps_loss_mode)
 
@@ -94,9 +87,7 @@ def ground_contact(vehicle: Vehicle) -> None:
     if vehicle.touched_down_s is None:
         vehicle.touched_down_s = vehicle.now_s
         if vehicle.armed:
-            vehicle.say(
-                Severity.INFO, "Landing detected" if vehicle.flavour.name == "px4" else "SIM Hit ground"
-            )
+            vehicle.say(Severity.INFO, "Landing detected" if vehicle.flavour.name == "px4" else "SIM Hit ground")
     if not vehicle.armed:
         return
     since_s = vehicle.now_s - max(vehicle.touched_down_s, vehicle.armed_at_s)
@@ -106,9 +97,7 @@ def ground_contact(vehicle: Vehicle) -> None:
         return
     idle_s = vehicle.flavour.idle_disarm_s(vehicle.params)
     if idle_s > 0 and since_s >= idle_s and not isinstance(vehicle.target, TakeoffTarget):
-        vehicle.disarm(
-            "Disarmed by auto preflight disarming" if vehicle.flavour.name == "px4" else "Disarming motors"
-        )
+        vehicle.disarm("Disarmed by auto preflight disarming" if vehicle.flavour.name == "px4" else "Disarming motors")
 
 
 def check(vehicle: Vehicle) -> None:

@@ -62,11 +62,7 @@ def _hold(vehicle: Vehicle) -> Drive:
 
 def _go(vehicle: Vehicle, target: PositionTarget) -> Drive:
     kind = vehicle.body.kind
-    speed = (
-        vehicle.flavour.return_plan(vehicle.params).speed_mps
-        if target.speed_mps is None
-        else target.speed_mps
-    )
+    speed = vehicle.flavour.return_plan(vehicle.params).speed_mps if target.speed_mps is None else target.speed_mps
     return Drive(towards(vehicle, target.pos_ned_m, speed, kind.climb_mps, kind.descent_mps), target.yaw_rad)
 
 
@@ -112,9 +108,7 @@ def _guided(vehicle: Vehicle) -> Drive:
         if isinstance(target, VelocityTarget):
             return Drive(_STILL, target.yaw_rad)
     if isinstance(target, VelocityTarget):
-        return Drive(
-            target.vel_ned_mps if vehicle.flying or target.vel_ned_mps[2] < 0 else _STILL, target.yaw_rad
-        )
+        return Drive(target.vel_ned_mps if vehicle.flying or target.vel_ned_mps[2] < 0 else _STILL, target.yaw_rad)
     return _hold(vehicle)
 
 

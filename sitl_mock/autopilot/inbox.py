@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sitl_mock.autopilot import commands, failsafe, missions, setpoints
+from sitl_mock.autopilot import commands, failsafe, missions, orders, setpoints
 from sitl_mock.autopilot.constants import MAV_TYPE_GCS, Severity
+from sitl_mock.autopilot.flight_commands import request_mode
 from sitl_mock.autopilot.parameters import Param, from_wire, to_wire
 from sitl_mock.autopilot.state import Note, Vehicle
 from sitl_mock.autopilot.streams import ALL_GROUPS, GROUPS
@@ -22,7 +23,7 @@ def _on_heartbeat(vehicle: Vehicle, frame: Frame, _: int) -> None:
 
 
 def _on_command(vehicle: Vehicle, frame: Frame, peer: int) -> None:
-    order = commands.read(frame, peer)
+    order = orders.read(frame, peer)
     verdict = commands.execute(vehicle, order)
     ack = {"command": order.command, "result": int(verdict.result)}
     to = {"target_system": frame.system, "target_component": frame.component}
@@ -32,7 +33,7 @@ def _on_command(vehicle: Vehicle, frame: Frame, peer: int) -> None:
 
 def _on_set_mode(vehicle: Vehicle, frame: Frame, peer: int) -> None:
     mode = vehicle.flavour.modes.by_number(frame["custom_mode"])
-    verdict = commands.request_mode(vehicle, mode)
+    verdict = request_mode(vehicle, mode)
     if verdict.text:
         vehicle.say(Severity.CRITICAL, verdict.text)
     if vehicle.flavour.name == "ardupilot":  # handle_set_mode acknowledges as message 11

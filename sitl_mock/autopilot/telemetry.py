@@ -16,9 +16,7 @@ if TYPE_CHECKING:
 
 Values = dict[str, Any]
 EPOCH_S = 1_700_000_000.0  # GPS time at boot: fixed, so that runs repeat
-_EKF_GOOD = (
-    0x33F  # EKF_STATUS_FLAGS: attitude to predicted absolute horizontal position, without the constant mode
-)
+_EKF_GOOD = 0x33F  # EKF_STATUS_FLAGS: attitude to predicted absolute horizontal position, without the constant mode
 _EKF_NO_POSITION = 0xA7  # attitude, vertical, constant position mode
 _ESTIMATOR_GOOD = 0x33F
 _ESTIMATOR_NO_POSITION = 0x27

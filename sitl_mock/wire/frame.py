@@ -16,9 +16,7 @@ if TYPE_CHECKING:
 MAGIC_V1 = 0xFE
 MAGIC_V2 = 0xFD
 BROADCAST = 0
-_HEADER = struct.Struct(
-    "<BBBBBBBHB"
-)  # magic, length, incompat, compat, seq, system, component, id low 16, id high 8
+_HEADER = struct.Struct("<BBBBBBBHB")  # magic, length, incompat, compat, seq, system, component, id low 16, id high 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,8 +84,6 @@ def encode(name: str, values: Mapping[str, Any], *, system: int, component: int,
     definition = BY_NAME[name]
     payload = pack_payload(definition, values)
     msg_id = definition.msg_id
-    head = _HEADER.pack(
-        MAGIC_V2, len(payload), 0, 0, seq & 0xFF, system, component, msg_id & 0xFFFF, msg_id >> 16
-    )
+    head = _HEADER.pack(MAGIC_V2, len(payload), 0, 0, seq & 0xFF, system, component, msg_id & 0xFFFF, msg_id >> 16)
     body = head + payload
     return body + x25(body[1:] + bytes((definition.crc_extra,))).to_bytes(2, "little")

@@ -76,7 +76,7 @@ def test_evaluate_writes_what_was_asked_for(capsys, tmp_path):
     assert (document["mission"], document["uavs"], document["slots"], document["seeds"]) == ("demo", 3, 5, 2)
     assert len(document["episodic_aoi"]["values"]) == 2
     assert {entry.name for entry in tmp_path.iterdir()} == {"r.json", "t.csv", "t-seed1.csv"}
-    assert len(track.read_text().splitlines()) == 1 + 6 * (3 + 50)
+    assert len(track.read_text().splitlines()) == 1 + 6 * (3 + 60)
 
 
 def test_nothing_is_written_when_the_run_fails(capsys, tmp_path):

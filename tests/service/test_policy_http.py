@@ -5,18 +5,18 @@ import json
 import subprocess
 import sys
 import tomllib
+from contextlib import closing
 from pathlib import Path
 
 import httpx
 import numpy as np
 import pytest
-from fastapi.testclient import TestClient
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from policy.agents.registry import PolicyChoice
 from policy.service import PolicyService, RemotePolicy, RemotePolicyError, StateError
-from policy.service.app import create_app
+from policy.service.app import ActRequest, Desk
 from policy.service.body_limit import MAX_BODY_BYTES
 from policy.service.wire import (
     ScenarioWire,
@@ -30,13 +30,14 @@ from policy.service.wire import (
 
 
 @pytest.fixture(scope="module")
-def client():
-    with TestClient(create_app(PolicyChoice("random"))) as client:
+def client(address):
+    with httpx.Client(base_url=address, timeout=60.0) as client:
         yield client
 
 
-def body(scenario, state, **more):
-    return {"campaign_id": "c1", "scenario": scenario_document(scenario), "state": state_document(state), **more}
+def body(scenario, state, /, **more):
+    request = {"campaign_id": "c1", "scenario": scenario_document(scenario), "state": state_document(state)}
+    return {**request, **more}
 
 
 def check_problem(response, status):
@@ -69,7 +70,7 @@ def test_a_mission_by_name_or_as_a_document(client, state):
             document["users"]["count"] = 4
             assert client.post("/v1/act", json=request).status_code == 200
         else:
-            assert "campaign needs [50" in check_problem(client.post("/v1/act", json=request), 422)["detail"]
+            assert "campaign needs [60" in check_problem(client.post("/v1/act", json=request), 422)["detail"]
 
 
 def test_scenario_and_state_survive_the_wire(scenario, state):
@@ -109,7 +110,7 @@ def test_what_is_wrong_is_said(client, scenario, state, change, words):
         (("state", "user_aoi_slots", 1), None, "#/state/user_aoi_slots/1"),
         (("state", "slot"), 99, "slots 0 to 7"),
         (("scenario", "radio", "mcl_db"), 60.0, "nobody can be served"),
-        (("scenario", "radio", "colour"), 1.0, "unknown name in radio"),
+        (("scenario", "radio", "colour"), 1.0, "#/scenario/radio/colour"),
         (("scenario", "launch_enu_m", 0), [-5.0, 0.0], "outside the area"),
         (("scenario", "battery_j"), 10.0, "empty before the last slot"),
     ],
@@ -187,23 +188,14 @@ def test_whatever_an_explanation_holds_becomes_json(value):
     json.dumps(plain({"inner": [value, np.float64(1.0), np.array([np.nan, 1.0])]}), allow_nan=False)
 
 
-def remote(app) -> RemotePolicy:
-    return RemotePolicy("http://policy", transport=TransportOf(app))
+@pytest.fixture
+def away(address):
+    with closing(RemotePolicy(address, timeout_s=60.0)) as policy:
+        yield policy
 
 
-class TransportOf(httpx.BaseTransport):
-    """An application asked without sockets."""
-
-    def __init__(self, app) -> None:
-        self.client = TestClient(app)
-
-    def handle_request(self, request: httpx.Request) -> httpx.Response:
-        answer = self.client.request(request.method, request.url.path, content=request.read(), headers=request.headers)
-        return httpx.Response(answer.status_code, headers=answer.headers, content=answer.content)
-
-
-def test_the_remote_policy_decides_like_the_one_in_process(scenario, state):
-    away, here = remote(create_app()), PolicyService()
+def test_the_remote_policy_decides_like_the_one_in_process(away, scenario, state):
+    here = PolicyService()
     for service in (away, here):
         service.begin("c", scenario, PolicyChoice("random"), seed=3)
     theirs, ours = away.act("c", state), here.act("c", state)
@@ -214,16 +206,13 @@ def test_the_remote_policy_decides_like_the_one_in_process(scenario, state):
         away.act("c", state)
 
 
-def test_a_service_that_restarted_takes_the_campaign_up_again(scenario, state):
-    away = remote(create_app())
-    away.begin("c", scenario, PolicyChoice("receding-horizon"))
-    away.act("c", state)
-    away._client._transport.client = TestClient(create_app())
-    assert away.act("c", state).action.speed_mps.shape == (2,)
+def test_a_service_that_has_forgotten_takes_the_campaign_up_again(scenario, state):
+    desk = Desk(None, PolicyService(max_campaigns=1))
+    requests = [ActRequest.model_validate(body(scenario, state, campaign_id=name)) for name in ("a", "b", "a")]
+    assert [desk.act(request)["campaign_id"] for request in requests] == ["a", "b", "a"]
 
 
-def test_the_remote_policy_tells_refusals_apart(scenario, state):
-    away = remote(create_app())
+def test_the_remote_policy_tells_refusals_apart(away, scenario, state):
     away.begin("c", scenario, PolicyChoice("none"))
     with pytest.raises(RemotePolicyError, match='refused: unknown policy "none"'):
         away.act("c", state)

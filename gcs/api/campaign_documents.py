@@ -1,0 +1,40 @@
+"""From what a client sent to a checked mission. A client names traces and models, it does not reach into our disk."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from gcs.api.bodies import MissionByName
+from gcs.api.problems import Problem
+from policy.mission_file import Mission, MissionError, list_missions, load_mission, open_campaign, parse_mission
+
+PATH_KEYS = (("users", "trace"), ("policy", "checkpoint"))
+
+
+def mission_from(body: MissionByName | Mapping[str, Any]) -> Mission:
+    """Checked and opened once, so that a missing trace is told now and not at take-off. 422 with the one line."""
+    try:
+        mission = _by_name(body) if isinstance(body, MissionByName) else _by_document(body)
+        open_campaign(mission)
+    except MissionError as error:
+        raise Problem(422, str(error)) from None
+    return mission
+
+
+def _by_name(body: MissionByName) -> Mission:
+    known = list_missions()
+    if body.mission not in known:
+        raise Problem(422, f"mission: there is none of this name; known: {', '.join(sorted(known)) or 'none'}")
+    mission = load_mission(known[body.mission])
+    if body.policy is None:
+        return mission
+    document = {**mission.document, "policy": {**mission.document.get("policy", {}), "name": body.policy}}
+    return parse_mission(document, origin=body.mission, directory=mission.directory)
+
+
+def _by_document(document: Mapping[str, Any]) -> Mission:
+    for section, key in PATH_KEYS:
+        value = document.get(section)
+        name = value.get(key) if isinstance(value, Mapping) else None
+        if isinstance(name, str) and ("/" in name or "\\" in name or name.startswith(".")):
+            raise Problem(422, f"[{section}] {key}: is a path; over the API give the bare name of a file at hand")
+    return parse_mission(document, origin="document")

@@ -1,0 +1,142 @@
+"""Where live users are: the newest fix of each, reported by phones over REST.
+
+Fixes come late, twice and out of order: a fix counts when it is newer than the one known. Users join in the order of
+their first fix. A campaign is flown for those who joined before its start: its arrays have one row a user from the
+first slot to the last.
+"""
+
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
+
+import numpy as np
+
+from gcs.ports import OperatorRequest, UserPlaces
+from policy.mission_file import Mission
+from policy.world.arrays import FloatArray
+from policy.world.frames import LocalFrame
+from policy.world.scenario import Scenario
+
+MAX_SKEW = timedelta(seconds=60)  # a phone's clock may be ahead of ours by so much
+
+
+@dataclass(frozen=True)
+class Fix:
+    """Where a user was."""
+
+    user: str
+    lat_deg: float
+    lon_deg: float
+    time: datetime
+    pending_mb: float | None = None
+
+
+@dataclass(frozen=True)
+class FixTally:
+    """What became of a batch."""
+
+    accepted: int = 0
+    stale: int = 0  # not newer than what is known: late, or twice
+    early: int = 0  # from the future
+    outside: int = 0  # not in the campaign's area
+    full: int = 0  # a new user, and all places are taken
+
+
+class LiveUsers:
+    """Written by the API's threads, read by the flight thread."""
+
+    def __init__(self, frame: LocalFrame, size_m: tuple[float, float], capacity: int) -> None:
+        self._frame, self._size_m = frame, size_m
+        self._lock = threading.Lock()
+        self._pos_enu_m = np.full((capacity, 2), np.nan)
+        self._rows: dict[str, int] = {}
+        self._times: dict[str, datetime] = {}
+        self._pending_mb: dict[str, float] = {}
+
+    @property
+    def capacity(self) -> int:
+        """The most users that may join."""
+        return int(self._pos_enu_m.shape[0])
+
+    def places(self) -> FloatArray:
+        """[capacity, 2] east, north metres; NaN where nobody has joined."""
+        with self._lock:
+            return self._pos_enu_m.copy()
+
+    def user_ids(self) -> Sequence[str]:
+        """Who has joined, by row."""
+        with self._lock:
+            return list(self._rows)
+
+    def pending_mb(self) -> Mapping[str, float]:
+        """What users said they still hold."""
+        with self._lock:
+            return dict(self._pending_mb)
+
+    def report(self, fixes: Sequence[Fix], now: datetime) -> FixTally:
+        """Take in a batch, each fix for itself."""
+        with self._lock:
+            fates = [self._take(fix, now) for fix in fixes]
+        return FixTally(**{fate: fates.count(fate) for fate in set(fates)})
+
+    def _take(self, fix: Fix, now: datetime) -> str:
+        known = self._times.get(fix.user)
+        east_m, north_m = map(float, self._frame.to_enu_m(fix.lat_deg, fix.lon_deg))
+        if fix.time > now + MAX_SKEW:
+            return "early"
+        if known is not None and fix.time <= known:
+            return "stale"
+        if not (0.0 <= east_m <= self._size_m[0] and 0.0 <= north_m <= self._size_m[1]):
+            return "outside"
+        if known is None and len(self._rows) >= self.capacity:
+            return "full"
+        row = self._rows.setdefault(fix.user, len(self._rows))
+        self._pos_enu_m[row] = (east_m, north_m)
+        self._times[fix.user] = fix.time
+        if fix.pending_mb is not None:
+            self._pending_mb[fix.user] = fix.pending_mb
+        return "accepted"
+
+
+@dataclass(frozen=True)
+class Roster:
+    """The first ``num_users`` who joined, as ports.UserPlaces."""
+
+    users: LiveUsers
+    num_users: int
+
+    def positions(self, sample: int) -> FloatArray:  # noqa: ARG002 a live user is only where he is now
+        """[M, 2] east, north metres, the newest known."""
+        return self.users.places()[: self.num_users]
+
+
+class LiveCampaigns:
+    """The live users of each campaign; the API fills them, the flight takes them from here."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._users: dict[str, LiveUsers] = {}
+
+    def users(self, campaign_id: str, mission: Mission) -> LiveUsers:
+        """The campaign's users, made at the first question."""
+        area = mission.scenario.area
+        with self._lock:
+            if campaign_id not in self._users:
+                self._users[campaign_id] = LiveUsers(area.frame, area.size_m, mission.users.live)
+            return self._users[campaign_id]
+
+    def enrol(self, request: OperatorRequest, scenario: Scenario) -> tuple[Scenario, tuple[str, ...], UserPlaces]:
+        """For the flight: who has joined when the campaign starts. Raises ValueError when nobody has."""
+        if request.campaign_id is None or request.mission is None:
+            raise ValueError("a live campaign needs an id and a mission")
+        users = self.users(request.campaign_id, request.mission)
+        ids = tuple(users.user_ids())
+        if not ids:
+            raise ValueError("no user has sent a fix yet: post fixes before the start")
+        return replace(scenario, collect_mbps=scenario.collect_mbps[: len(ids)]), ids, Roster(users, len(ids))
+
+    def forget(self, campaign_id: str) -> None:
+        """A campaign is over; places of people are not kept longer than needed."""
+        with self._lock:
+            self._users.pop(campaign_id, None)

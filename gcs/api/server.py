@@ -1,0 +1,73 @@
+"""uvicorn around the application: the port first, then the loop, in this thread or beside another one's work."""
+
+import errno
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import uvicorn
+from fastapi import FastAPI
+
+GOODBYE_S = 3  # for open streams when the server ends
+BACKLOG = 128
+MAX_CLIENT_MESSAGE_BYTES = 16 * 1024  # clients of the stream only subscribe
+
+
+class ListenError(OSError):
+    """The address cannot be used: one line."""
+
+
+def open_listener(host: str, port: int) -> socket.socket:
+    """A listening socket, so that a port in use is told before anything else has started."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family, backlog=BACKLOG)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            raise ListenError(
+                f"port {port} on {host} is in use: end who has it, or choose another with --port"
+            ) from None
+        raise ListenError(f"cannot listen on {host}:{port}: {error.strerror or error}") from None
+
+
+def make_server(app: FastAPI) -> uvicorn.Server:
+    """Quiet: requests are counted in /metrics and changes stand in the audit log."""
+    return uvicorn.Server(
+        uvicorn.Config(
+            app,
+            log_level="warning",
+            access_log=False,
+            lifespan="off",
+            server_header=False,
+            ws="websockets-sansio",
+            ws_max_size=MAX_CLIENT_MESSAGE_BYTES,
+            timeout_graceful_shutdown=GOODBYE_S,
+        )
+    )
+
+
+def serve(app: FastAPI, listener: socket.socket) -> None:
+    """In this thread, until SIGINT or SIGTERM."""
+    make_server(app).run(sockets=[listener])
+
+
+@contextmanager
+def serving(app: FastAPI, listener: socket.socket) -> Iterator[None]:
+    """In a thread of its own, beside a flight that has the main thread."""
+    server = make_server(app)
+    thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, name="api")
+    thread.start()
+    try:
+        yield
+    finally:
+        server.should_exit = True
+        thread.join()
+        listener.close()
+
+
+def shown_address(listener: socket.socket) -> str:
+    """The URL to open."""
+    host, port = listener.getsockname()[:2]
+    name = "127.0.0.1" if host == "0.0.0.0" else f"[{host}]" if ":" in host else host
+    return f"http://{name}:{port}/"

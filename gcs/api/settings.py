@@ -1,0 +1,42 @@
+"""What the API is told at start."""
+
+import ipaddress
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+DASHBOARD = Path(__file__).resolve().parents[1] / "dashboard" / "dist"
+
+
+def server_version() -> str:
+    """As installed; from a bare checkout nobody knows."""
+    try:
+        return version("uav-crowdsensing")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def is_loopback(host: str) -> bool:
+    """Reached from this machine only."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+@dataclass(frozen=True)
+class ApiSettings:
+    """``one_time_key`` is the operator key printed on loopback when none is configured: reading is open then."""
+
+    host: str = "127.0.0.1"
+    one_time_key: str | None = None
+    max_body_bytes: int = 2 * 1024 * 1024
+    request_timeout_s: float = 5.0  # for the flight loop to take up a request
+    command_timeout_s: float = 60.0  # for a vehicle's verdict, repeats included
+    dashboard: Path = DASHBOARD
+    version: str = field(default_factory=server_version)
+
+    @property
+    def open_reading(self) -> bool:
+        """Reading needs no key: loopback, and nobody configured one."""
+        return self.one_time_key is not None and is_loopback(self.host)

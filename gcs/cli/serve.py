@@ -1,0 +1,141 @@
+"""``gcs serve``: REST, WebSocket and page in the main thread, the flight loop in its own."""
+
+import argparse
+import secrets
+import sys
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from gcs.api.app import create_app
+from gcs.api.idle_control import IdleControl
+from gcs.api.live_users import LiveCampaigns
+from gcs.api.server import ListenError, open_listener, serve, shown_address
+from gcs.api.settings import ApiSettings, is_loopback
+from gcs.bootstrap import make_loop, make_preparer
+from gcs.cli.errors import complain
+from gcs.clock import RealClock
+from gcs.config import ConfigError, ServerConfig, check_config, load_config
+from gcs.links.pymavlink_link import PymavlinkFleetLink
+from gcs.links.transport import LinkError
+from gcs.ports import CampaignState, Event, FlightControl, Severity
+from gcs.store.engine import StoreError
+from gcs.store.store import Store, using_store
+
+PROGRAM = "gcs serve"
+ERRORS = (ConfigError, StoreError, ListenError, LinkError)
+
+
+def add_serve_parser(commands: Any) -> None:
+    """Add the subcommand; ``args.run(args)`` runs it."""
+    parser = commands.add_parser("serve", help="the server: REST, WebSocket, operator page", description=__doc__)
+    parser.add_argument("--config", type=Path, metavar="FILE", help="TOML; see docs/api.md")
+    parser.add_argument("--host", help="address to listen on (default 127.0.0.1; others need API keys)")
+    parser.add_argument("--port", type=int, help="port to listen on (default 8080)")
+    parser.add_argument("--store", metavar="URL", help="sqlite:///FILE or postgresql://USER@HOST/NAME")
+    parser.add_argument(
+        "--drone", action="append", default=[], metavar="SYSID=ADDRESS", help="a vehicle, such as 1=udpout:HOST:PORT"
+    )
+    parser.set_defaults(run=run_serve)
+
+
+def run_serve(args: argparse.Namespace) -> int:
+    """0 after a clean end, 2 when it cannot start."""
+    try:
+        config = with_options(load_config(args.config), args)
+        with using_store(config.store.url) as store:
+            _serve(config, store)
+    except ERRORS as error:
+        return complain(PROGRAM, error)
+    return 0
+
+
+def with_options(config: ServerConfig, args: argparse.Namespace) -> ServerConfig:
+    """Options win over the file."""
+    server = {name: value for name in ("host", "port") if (value := getattr(args, name)) is not None}
+    document = config.model_dump()
+    document["server"] |= server
+    document["drones"] |= dict(_drone(text) for text in args.drone)
+    if args.store is not None:
+        document["store"]["url"] = args.store
+    return check_config(document, "options")
+
+
+def _drone(text: str) -> tuple[str, str]:
+    system_id, equals, address = text.partition("=")
+    if not equals or not address:
+        raise ConfigError(f"--drone {text}: should be SYSID=ADDRESS, such as 1=udpout:127.0.0.1:14540")
+    return system_id, address
+
+
+def _serve(config: ServerConfig, store: Store) -> None:
+    settings = api_settings(config, store)
+    live = LiveCampaigns()
+    with (
+        closing(open_listener(config.server.host, config.server.port)) as listener,
+        _flight(config, store, live) as flight,
+    ):
+        _close_unfinished(store)
+        app = create_app(flight, store, settings, live)
+        print(f"gcs: open {shown_address(listener)}", flush=True)
+        if settings.one_time_key is not None:
+            print(f"gcs: operator key until this server ends: {settings.one_time_key}", flush=True)
+        serve(app, listener)
+        _warn_of_drones_in_the_air(flight)
+
+
+def api_settings(config: ServerConfig, store: Store) -> ApiSettings:
+    """Strangers get nothing: off loopback there must be keys; on loopback without any, one is made for this run."""
+    settings = ApiSettings(host=config.server.host, max_body_bytes=config.server.max_body_kb * 1024)
+    if store.keys.any_active():
+        return settings
+    if not is_loopback(config.server.host):
+        raise ConfigError(
+            f"no API keys, and {config.server.host} is not loopback: make one with "
+            "python -m gcs keys add --role admin --name NAME, or listen on 127.0.0.1"
+        )
+    return replace(settings, one_time_key=secrets.token_urlsafe(24))
+
+
+@contextmanager
+def _flight(config: ServerConfig, store: Store, live: LiveCampaigns) -> Iterator[FlightControl]:
+    """The flight loop in its thread; without drones there is nothing to fly."""
+    if not config.drones:
+        print("gcs: no drones are configured; records can be looked at", flush=True)
+        yield IdleControl()
+        return
+    prepare = make_preparer(tuple(config.drones), policy_url=config.policy.url, live=live.enrol)
+    link = PymavlinkFleetLink(_addresses(config.drones), {address: i for i, address in config.drones.items()})
+    loop = make_loop(RealClock(), link, store.journal, prepare)
+    thread = threading.Thread(target=loop.run, name="flight", daemon=True)
+    thread.start()
+    try:
+        yield loop
+    finally:
+        loop.stop()
+        thread.join(5.0)
+        link.close()
+
+
+def _addresses(drones: Mapping[int, str]) -> list[str]:
+    """Each once: several vehicles may share a port."""
+    return list(dict.fromkeys(drones.values()))
+
+
+def _close_unfinished(store: Store) -> None:
+    """Campaigns that were in the air when the last server ended are not taken up again; their records say so."""
+    for record in store.campaigns.unfinished():
+        reason = f"the server ended while it was {record.state}"
+        store.campaigns.set_state(record.id, record.state, CampaignState.FAILED, reason)
+        event = Event(0.0, "campaign.interrupted", reason, Severity.WARNING, record.id)
+        store.journal.record(event)
+
+
+def _warn_of_drones_in_the_air(flight: FlightControl) -> None:
+    """Ending the server brings no drone down: their own failsafes act when the setpoints stop."""
+    armed = [str(vehicle.system_id) for vehicle in flight.snapshot().vehicles if vehicle.armed]
+    if armed:
+        print(f"gcs: drones {', '.join(armed)} are still armed; their own failsafes act now", file=sys.stderr)

@@ -1,0 +1,89 @@
+"""The server's configuration file (TOML). Every key has a default; unknown ones are mistakes.
+
+[server]
+host = "127.0.0.1"     # any other address needs API keys: python -m gcs keys add
+port = 8080
+max_body_kb = 2048
+[store]
+url = "sqlite:///gcs-data/gcs.db"     # or postgresql://USER:PASSWORD@HOST/NAME
+[drones]
+1 = "udpout:127.0.0.1:14540"          # system id = address
+[policy]
+url = "http://127.0.0.1:8090"         # decide at `policy serve`; left out: in this process
+"""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+DEFAULT_STORE = "sqlite:///gcs-data/gcs.db"
+SystemId = Annotated[int, Field(ge=1, le=250)]  # MAVLink: above are ground stations
+
+
+class ConfigError(ValueError):
+    """The configuration cannot be used: one line that says what, where and how to mend it."""
+
+
+class Section(BaseModel):
+    """Strict about names."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class ServerSection(Section):
+    """Where to listen."""
+
+    host: Annotated[str, Field(min_length=1, max_length=255)] = "127.0.0.1"
+    port: Annotated[int, Field(ge=0, le=65_535, strict=True)] = 8080
+    max_body_kb: Annotated[int, Field(ge=1, le=1_000_000, strict=True)] = 2048
+
+
+class StoreSection(Section):
+    """Where records are kept."""
+
+    url: Annotated[str, Field(min_length=1)] = DEFAULT_STORE
+
+
+class PolicySection(Section):
+    """Where decisions are made."""
+
+    url: Annotated[str, Field(pattern=r"^https?://.+")] | None = None
+
+
+class ServerConfig(Section):
+    """The whole file."""
+
+    server: ServerSection = ServerSection()
+    store: StoreSection = StoreSection()
+    drones: dict[SystemId, Annotated[str, Field(min_length=1)]] = {}
+    policy: PolicySection = PolicySection()
+
+
+def load_config(path: Path | None) -> ServerConfig:
+    """Read and check; no file means the defaults."""
+    if path is None:
+        return ServerConfig()
+    try:
+        document = tomllib.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ConfigError(f"{path}: is no valid TOML: {error}") from None
+    return check_config(document, str(path))
+
+
+def check_config(document: object, origin: str) -> ServerConfig:
+    """A parsed document as configuration."""
+    try:
+        return ServerConfig.model_validate(document)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        section, *keys = map(str, first["loc"])
+        where = f"[{section}] {'.'.join(keys)}".strip()
+        raise ConfigError(f"{origin}: {where}: {_words(first['type'], first['msg'])}") from None
+
+
+def _words(kind: str, message: str) -> str:
+    return "is no known key; see the head of gcs/config.py" if kind == "extra_forbidden" else message

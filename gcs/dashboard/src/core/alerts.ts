@@ -1,0 +1,57 @@
+/** What is wrong now: conditions read from the snapshot, and events until someone has acknowledged them. */
+
+import { HEARTBEAT_LIMIT_S, POSITION_LIMIT_S } from "./freshness";
+import type { EventMessage, Severity, SnapshotMessage, VehicleView } from "./types";
+
+export interface Alert {
+  key: string;
+  severity: Severity;
+  text: string;
+  systemId: number | null;
+  sequence: number | null; // of the event, when it can be acknowledged
+}
+
+export const BATTERY_WARNING = 0.15;
+export const BATTERY_CAUTION = 0.3;
+export const LOSS_CAUTION = 0.2;
+
+const RANK: Record<Severity, number> = { warning: 0, caution: 1, info: 2 };
+
+/** A vehicle's abnormal conditions; empty is normal. */
+export function vehicleAlerts(vehicle: VehicleView): Alert[] {
+  const id = vehicle.system_id;
+  const found: Alert[] = [];
+  const add = (severity: Severity, what: string, text: string): void => {
+    found.push({ key: `${id}:${what}`, severity, text: `UAV ${id}: ${text}`, systemId: id, sequence: null });
+  };
+  const { heartbeat_age_s: heartbeat, position_age_s: position, battery_fraction: battery } = vehicle;
+  if (heartbeat === null) add("caution", "silent", "never heard");
+  else if (heartbeat > HEARTBEAT_LIMIT_S) add("warning", "silent", `no heartbeat for ${heartbeat.toFixed(0)} s`);
+  else if (vehicle.armed && (position === null || position > POSITION_LIMIT_S)) add("warning", "position", "position is old");
+  if (battery !== null && battery < BATTERY_WARNING) add("warning", "battery", `battery at ${(100 * battery).toFixed(0)}%`);
+  else if (battery !== null && battery < BATTERY_CAUTION) add("caution", "battery", `battery at ${(100 * battery).toFixed(0)}%`);
+  if (vehicle.mode === "pilot" && vehicle.armed) add("caution", "pilot", `flown by a pilot (${vehicle.mode_name})`);
+  if (vehicle.loss_ratio > LOSS_CAUTION) add("caution", "loss", `loses ${(100 * vehicle.loss_ratio).toFixed(0)}% of its messages`);
+  return found;
+}
+
+/** Everything wrong, warnings first; `acknowledged` holds the sequence numbers of events that were. */
+export function allAlerts(
+  snapshot: SnapshotMessage | null,
+  events: readonly EventMessage[],
+  acknowledged: ReadonlySet<number>,
+): Alert[] {
+  const found = snapshot === null ? [] : snapshot.vehicles.flatMap(vehicleAlerts);
+  if (snapshot !== null && !snapshot.healthy) {
+    const text = "The flight loop is late: drones hold by themselves";
+    found.push({ key: "loop", severity: "warning", text, systemId: null, sequence: null });
+  }
+  for (const event of events) {
+    if (event.severity === "info" || acknowledged.has(event.sequence)) continue;
+    const key = `event:${event.sequence}`;
+    found.push({ key, severity: event.severity, text: event.message, systemId: event.system_id, sequence: event.sequence });
+  }
+  return found.sort((a, b) => RANK[a.severity] - RANK[b.severity] || (b.sequence ?? Infinity) - (a.sequence ?? Infinity));
+}
+
+export const worst = (alerts: readonly Alert[]): Severity | null => alerts[0]?.severity ?? null;

@@ -1,0 +1,94 @@
+/** The server's REST interface. Every answer is a value: what came back, or why not, in the server's words. */
+
+import type { ReportSlot } from "./series";
+import type { CampaignStatic } from "./types";
+
+export type Answer<T> = { ok: true; value: T } | { ok: false; status: number; reason: string };
+
+export interface MissionFile {
+  name: string;
+  title: string | null;
+  policy: string | null;
+  uavs: number | null;
+  slots: number | null;
+  slot_s: number | null;
+  user_source: string | null;
+  warnings: string[];
+  error: string | null; // why it cannot be flown
+}
+
+export interface PolicyInfo {
+  name: string;
+}
+
+export interface CampaignInfo {
+  id: string;
+  name: string;
+  policy: string;
+  state: string;
+  slot: number;
+  slots: number;
+  reason: string;
+}
+
+export interface CampaignDetail extends CampaignInfo {
+  static: CampaignStatic;
+  warnings: string[];
+}
+
+export interface CommandAnswer {
+  result: string;
+  reason: string;
+}
+
+export type CampaignAct = "start" | "pause" | "resume" | "abort";
+
+const UNREACHABLE = "the server does not answer";
+
+export class Api {
+  constructor(
+    private readonly base: string,
+    private readonly key: () => string | null,
+  ) {}
+
+  me = (): Promise<Answer<unknown>> => this.ask("GET", "me");
+  missions = (): Promise<Answer<MissionFile[]>> => this.ask("GET", "missions");
+  campaigns = (): Promise<Answer<CampaignInfo[]>> => this.ask("GET", "campaigns");
+  policies = (): Promise<Answer<PolicyInfo[]>> => this.ask("GET", "policies");
+  campaign = (id: string): Promise<Answer<CampaignDetail>> => this.ask("GET", `campaigns/${encodeURIComponent(id)}`);
+  create = (mission: string, policy: string | null): Promise<Answer<CampaignInfo>> =>
+    this.ask("POST", "campaigns", policy === null ? { mission } : { mission, policy });
+  act = (id: string, act: CampaignAct): Promise<Answer<unknown>> =>
+    this.ask("POST", `campaigns/${encodeURIComponent(id)}/${act}`);
+  command = (systemId: number, command: string): Promise<Answer<CommandAnswer>> =>
+    this.ask("POST", `drones/${systemId}/commands`, { command });
+  emergencyStop = (): Promise<Answer<unknown>> => this.ask("POST", "emergency-stop");
+  resetStop = (): Promise<Answer<unknown>> => this.ask("POST", "emergency-stop/reset");
+  reportUrl = (id: string): string => `${this.base}campaigns/${encodeURIComponent(id)}/report?format=html`;
+
+  async reportSlots(id: string): Promise<Answer<ReportSlot[]>> {
+    const answer = await this.ask<{ slots: ReportSlot[] }>("GET", `campaigns/${encodeURIComponent(id)}/report?format=json`);
+    return answer.ok ? { ok: true, value: answer.value.slots } : answer;
+  }
+
+  private async ask<T>(method: string, path: string, body?: unknown): Promise<Answer<T>> {
+    const headers: Record<string, string> = { accept: "application/json" };
+    const key = this.key();
+    if (key !== null) headers["authorization"] = `Bearer ${key}`;
+    if (body !== undefined) headers["content-type"] = "application/json";
+    try {
+      const response = await fetch(this.base + path, { method, headers, ...(body === undefined ? {} : { body: JSON.stringify(body) }) });
+      const value: unknown = await response.json().catch(() => null);
+      if (response.ok) return { ok: true, value: value as T };
+      return { ok: false, status: response.status, reason: problemText(value, response.status) };
+    } catch {
+      return { ok: false, status: 0, reason: UNREACHABLE };
+    }
+  }
+}
+
+/** The detail of a problem document (RFC 9457). */
+export function problemText(document: unknown, status: number): string {
+  const detail = (document as { detail?: unknown } | null)?.detail;
+  return typeof detail === "string" && detail !== "" ? detail : `the server answered ${status}`;
+}

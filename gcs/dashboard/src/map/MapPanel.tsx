@@ -1,0 +1,127 @@
+/** The live map: makes the map once, then hands it new data when signals change. */
+
+import "maplibre-gl/dist/maplibre-gl.css";
+
+import { effect, signal } from "@preact/signals";
+import { Map as MapView, NavigationControl, ScaleControl, setWorkerUrl, type GeoJSONSource } from "maplibre-gl";
+import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?worker&url";
+import { useEffect, useRef } from "preact/hooks";
+
+import { frameOf, toLngLat } from "../core/geo";
+import * as state from "../core/state";
+import { scheme } from "../core/theme";
+import type { CampaignStatic } from "../core/types";
+import { Legend } from "../ui/Legend";
+import { drawIcons, drawNames } from "./icons";
+import { layers, mapStyle, type SourceName } from "./layers";
+import { droneScene, EMPTY, groundScene, userScene, wayScene, type Scene } from "./scene";
+
+setWorkerUrl(workerUrl);
+
+const failure = signal<string | null>(null);
+const follow = signal(false);
+
+export function MapPanel() {
+  const place = useRef<HTMLDivElement>(null);
+  const view = useRef<MapView | null>(null);
+  useEffect(() => {
+    if (place.current === null) return undefined;
+    try {
+      view.current = makeMap(place.current);
+    } catch (error) {
+      failure.value = error instanceof Error ? error.message : String(error);
+      return undefined;
+    }
+    const stop = feed(view.current);
+    return () => {
+      stop();
+      view.current?.remove();
+    };
+  }, []);
+  const area = state.area.value;
+  return (
+    <section class="map-panel" aria-label="Map">
+      <div ref={place} class="map" data-testid="map" />
+      {failure.value !== null && <p class="map-note">The map cannot be drawn here ({failure.value}). Everything else works.</p>}
+      {area === null && <p class="map-note">No campaign yet: choose a mission and create one.</p>}
+      <div class="map-tools">
+        <button type="button" disabled={area === null} onClick={() => view.current && area && fit(view.current, area)}>Whole area</button>
+        <button type="button" aria-pressed={follow.value} disabled={state.selected.value === null} onClick={() => (follow.value = !follow.value)}>
+          Follow {state.selected.value === null ? "a UAV" : `UAV ${state.selected.value}`}
+        </button>
+      </div>
+      <Legend />
+    </section>
+  );
+}
+
+function makeMap(container: HTMLElement): MapView {
+  const map = new MapView({
+    container, style: mapStyle(), center: [0, 0], zoom: 1,
+    attributionControl: false, dragRotate: false, pitchWithRotate: false, maxPitch: 0, fadeDuration: 0,
+  });
+  map.touchZoomRotate.disableRotation();
+  map.addControl(new NavigationControl({ showCompass: false }), "top-right");
+  map.addControl(new ScaleControl({}), "bottom-left");
+  map.getCanvas().setAttribute("aria-label", "Map of the area; the fleet list says the same in words");
+  map.on("click", "drones", (event) => {
+    const id: unknown = event.features?.[0]?.properties["id"];
+    if (typeof id === "number") state.selected.value = id;
+  });
+  return map;
+}
+
+function fit(map: MapView, campaign: CampaignStatic): void {
+  const frame = frameOf(campaign);
+  map.fitBounds([toLngLat(frame, [0, 0]), toLngLat(frame, campaign.size_m)], { padding: 36, duration: 0 });
+}
+
+/** Keep the map's sources equal to the state; returns how to stop. */
+function feed(map: MapView): () => void {
+  const stops: (() => void)[] = [];
+  const show = (name: SourceName, scene: () => Scene): void => {
+    stops.push(effect(() => void (map.getSource(name) as GeoJSONSource | undefined)?.setData(scene())));
+  };
+  const begin = (): void => {
+    const { area, snapshot, users, trails, selected, live } = state;
+    const vehicles = () => snapshot.value?.vehicles ?? [];
+    stops.push(effect(() => repaint(map, scheme.value)));
+    stops.push(effect(() => drawNames(map, vehicles().map((vehicle) => vehicle.system_id))));
+    show("ground", () => (area.value === null ? EMPTY : groundScene(area.value)));
+    show("users", () => (area.value === null ? EMPTY : userScene(area.value, users.value)));
+    show("ways", () => (area.value === null ? EMPTY : wayScene(area.value, trails.value, snapshot.value?.campaign?.plans ?? [], live.value)));
+    show("drones", () => (area.value === null ? EMPTY : droneScene(area.value, vehicles(), selected.value, live.value)));
+    stops.push(fitOnEntry(map), followSelected(map));
+  };
+  if (map.isStyleLoaded()) begin();
+  else map.once("load", begin);
+  return () => stops.forEach((stop) => stop());
+}
+
+function repaint(map: MapView, _scheme: string): void {
+  drawIcons(map, (state.snapshot.peek()?.vehicles ?? []).map((vehicle) => vehicle.system_id));
+  for (const layer of layers()) {
+    for (const [property, value] of Object.entries(layer.paint ?? {})) {
+      map.setPaintProperty(layer.id, property as never, value as never);
+    }
+  }
+}
+
+function fitOnEntry(map: MapView): () => void {
+  let shown: string | null = null;
+  return effect(() => {
+    const campaign = state.area.value;
+    if (campaign === null || campaign.campaign_id === shown) return;
+    shown = campaign.campaign_id;
+    fit(map, campaign);
+  });
+}
+
+function followSelected(map: MapView): () => void {
+  return effect(() => {
+    const vehicle = state.snapshot.value?.vehicles.find((one) => one.system_id === state.selected.value);
+    const campaign = state.area.value;
+    if (!follow.value || campaign === null || vehicle?.east_m == null || vehicle.north_m === null) return;
+    map.easeTo({ center: toLngLat(frameOf(campaign), [vehicle.east_m, vehicle.north_m]), duration: 180, easing: (t) => t });
+  });
+}

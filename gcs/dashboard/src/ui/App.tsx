@@ -1,0 +1,32 @@
+/** The page. What is old is greyed as a whole when the server is silent. */
+
+import { MapPanel } from "../map/MapPanel";
+import * as state from "../core/state";
+import { Alerts } from "./Alerts";
+import { Campaign } from "./Campaign";
+import { ConnectionBanner } from "./ConnectionBanner";
+import { Curves } from "./Curves";
+import { Events } from "./Events";
+import { Fleet } from "./Fleet";
+import { TopBar } from "./TopBar";
+
+export function App() {
+  return (
+    <div class={`page${state.live.value ? "" : " old"}`}>
+      <TopBar />
+      <ConnectionBanner />
+      <Alerts />
+      <main>
+        <div class="left">
+          <MapPanel />
+          <Curves />
+        </div>
+        <div class="right">
+          <Campaign />
+          <Fleet />
+          <Events />
+        </div>
+      </main>
+    </div>
+  );
+}

@@ -1,0 +1,161 @@
+/** Create from a mission, start, pause, resume, abort. What moves drones has to be held and says how many it reaches. */
+
+import { effect, signal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+
+import type { CampaignAct, CampaignInfo, MissionFile, PolicyInfo } from "../core/api";
+import { api } from "../core/app";
+import { allowed } from "../core/campaigns";
+import { uavNames } from "../core/format";
+import * as state from "../core/state";
+import { HoldButton } from "./HoldButton";
+
+const missions = signal<readonly MissionFile[]>([]);
+const policies = signal<readonly PolicyInfo[]>([]);
+const campaigns = signal<readonly CampaignInfo[]>([]);
+const mission = signal("");
+const policy = signal("");
+const chosen = signal<string | null>(null);
+const message = signal<{ text: string; good: boolean } | null>(null);
+
+const say = (text: string, good: boolean): void => void (message.value = { text, good });
+
+async function refresh(): Promise<void> {
+  const [files, methods, known] = await Promise.all([api.missions(), api.policies(), api.campaigns()]);
+  if (files.ok) missions.value = files.value;
+  if (methods.ok) policies.value = methods.value;
+  if (known.ok) campaigns.value = known.value;
+  if (mission.value === "") mission.value = missions.value.find((file) => file.error === null)?.name ?? "";
+}
+
+async function show(id: string): Promise<void> {
+  chosen.value = id;
+  const answer = await api.campaign(id);
+  if (answer.ok && chosen.value === id) state.preview(answer.value.static);
+}
+
+async function create(event: Event): Promise<void> {
+  event.preventDefault();
+  const answer = await api.create(mission.value, policy.value === "" ? null : policy.value);
+  if (!answer.ok) return say(answer.reason, false);
+  say(`${answer.value.name} created`, true);
+  await Promise.all([refresh(), show(answer.value.id)]);
+}
+
+async function act(id: string, what: CampaignAct): Promise<void> {
+  const answer = await api.act(id, what);
+  say(answer.ok ? `${what}: taken up` : answer.reason, answer.ok);
+  await refresh();
+}
+
+/** The campaign that the buttons act on: the one in the air, else the chosen or newest one. */
+function current(): CampaignInfo | null {
+  const flown = state.snapshot.value?.campaign ?? null;
+  const wanted = chosen.value ?? flown?.campaign_id ?? null;
+  const known = campaigns.value.find((campaign) => campaign.id === wanted) ?? null;
+  if (flown === null || flown.campaign_id !== wanted) return known;
+  return { id: flown.campaign_id, name: flown.name, policy: flown.policy, state: flown.state, slot: flown.slot, slots: flown.slots, reason: flown.reason };
+}
+
+function listen(): () => void {
+  let before = "";
+  return effect(() => {
+    const flown = state.snapshot.value?.campaign;
+    const now = `${state.hello.value?.actor}|${flown?.campaign_id}|${flown?.state}`;
+    if (state.hello.value === null || now === before) return;
+    before = now;
+    if (flown != null && !["done", "aborted", "failed"].includes(flown.state)) chosen.value = flown.campaign_id;
+    void refresh();
+  });
+}
+
+export function Campaign() {
+  useEffect(listen, []);
+  const campaign = current();
+  return (
+    <section class="panel" aria-label="Campaign">
+      <h2>Campaign</h2>
+      {campaigns.value.length > 0 && (
+        <label class="row">
+          <span>Campaign</span>
+          <select value={campaign?.id ?? ""} onChange={(event) => void show(event.currentTarget.value)}>
+            {campaign === null && <option value="">none chosen</option>}
+            {campaigns.value.map((one) => (
+              <option key={one.id} value={one.id}>
+                {one.name} · {one.policy} · {one.id === campaign?.id ? campaign.state : one.state}
+              </option>
+            ))}
+          </select>
+        </label>
+      )}
+      {campaign !== null && <Controls campaign={campaign} />}
+      {message.value !== null && <p class={`verdict${message.value.good ? "" : " bad"}`} role="status">{message.value.text}</p>}
+      {state.mayFly.value ? <Create /> : <p class="note">Sign in with an operator's key to create and fly campaigns.</p>}
+    </section>
+  );
+}
+
+function Controls({ campaign }: { campaign: CampaignInfo }) {
+  const reached = uavNames(state.snapshot.value?.vehicles.map((vehicle) => vehicle.system_id) ?? []);
+  const may = (what: CampaignAct): boolean => state.mayFly.value && state.live.value && allowed(what, campaign.state);
+  const hold = (what: CampaignAct, label: string, explain: string, danger = false) => (
+    <HoldButton label={label} explain={explain} danger={danger} disabled={!may(what)} onDone={() => void act(campaign.id, what)} />
+  );
+  return (
+    <>
+      <div class="orders" role="group" aria-label={`Controls of ${campaign.name}`}>
+        {hold("start", "Start", `Start ${campaign.name}: ${reached} take off`)}
+        <button type="button" disabled={!may("pause")} title={`${reached} hold where they are`} onClick={() => void act(campaign.id, "pause")}>
+          Pause
+        </button>
+        {hold("resume", "Resume", `Resume ${campaign.name}: ${reached} fly on`)}
+        {hold("abort", "Abort", `Abort ${campaign.name}: ${reached} return and land`, true)}
+      </div>
+      {campaign.slot > 0 && (
+        <p class="note">
+          <a href={api.reportUrl(campaign.id)} target="_blank" rel="noreferrer">
+            Report of {campaign.name}
+          </a>
+        </p>
+      )}
+    </>
+  );
+}
+
+function Create() {
+  const file = missions.value.find((one) => one.name === mission.value);
+  return (
+    <details open={campaigns.value.length === 0}>
+      <summary>New campaign</summary>
+      <form onSubmit={(event) => void create(event)}>
+        <label class="row">
+          <span>Mission</span>
+          <select value={mission.value} onChange={(event) => (mission.value = event.currentTarget.value)}>
+            {missions.value.map((one) => (
+              <option key={one.name} value={one.name} disabled={one.error !== null}>
+                {one.name}
+                {one.uavs !== null && ` · ${one.uavs} UAVs, ${one.slots} slots`}
+                {one.error !== null && " · cannot be flown"}
+              </option>
+            ))}
+          </select>
+        </label>
+        <label class="row">
+          <span>Policy</span>
+          <select value={policy.value} onChange={(event) => (policy.value = event.currentTarget.value)}>
+            <option value="">as in the mission{file?.policy ? ` (${file.policy})` : ""}</option>
+            {policies.value.map((one) => (
+              <option key={one.name} value={one.name}>
+                {one.name}
+              </option>
+            ))}
+          </select>
+        </label>
+        {file?.warnings.map((text) => <p key={text} class="caution">{text}</p>)}
+        <button type="submit" disabled={mission.value === "" || !state.live.value}>
+          Create
+        </button>
+      </form>
+    </details>
+  );
+}

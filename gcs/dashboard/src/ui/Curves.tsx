@@ -1,0 +1,98 @@
+/** The four metrics over the slots. */
+
+import "uplot/dist/uPlot.min.css";
+
+import { effect } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import uPlot from "uplot";
+
+import type { Point } from "../core/series";
+import * as state from "../core/state";
+import { color, scheme } from "../core/theme";
+
+interface Curve {
+  label: string;
+  token: string;
+  value: (point: Point) => number | null;
+}
+
+interface ChartProps {
+  title: string;
+  curves: readonly Curve[];
+  share: boolean;
+}
+
+const CHARTS: readonly ChartProps[] = [
+  {
+    title: "Age of information, slots",
+    share: false,
+    curves: [
+      { label: "users now", token: "series-b", value: (point) => point.aoiNow },
+      { label: "κ so far", token: "series-a", value: (point) => point.aoiSoFar },
+    ],
+  },
+  { title: "Data collected", share: true, curves: [{ label: "ψ so far", token: "series-a", value: (point) => point.collected }] },
+  { title: "Users covered", share: true, curves: [{ label: "ρ so far", token: "series-a", value: (point) => point.coverage }] },
+  { title: "Energy used", share: true, curves: [{ label: "ζ so far", token: "series-a", value: (point) => point.energy }] },
+];
+
+const HEIGHT = 132;
+
+export function Curves() {
+  return (
+    <section class="curves value-box" aria-label="Metrics over the slots">
+      {CHARTS.map((chart) => (
+        <Chart key={chart.title} {...chart} />
+      ))}
+    </section>
+  );
+}
+
+function options({ curves, share }: ChartProps, width: number, slots: number): uPlot.Options {
+  const axis = { stroke: color("ink-2"), font: "11px system-ui, sans-serif", grid: { stroke: color("line"), width: 1 }, ticks: { show: false } };
+  const asText = (_: uPlot, values: number[]): string[] => values.map((value) => (share ? `${Math.round(100 * value)}%` : `${value}`));
+  return {
+    width, height: HEIGHT, legend: { show: false }, cursor: { show: false },
+    scales: { x: { time: false, range: [0, Math.max(1, slots)] }, y: { range: (_, __, top) => [0, share ? 1 : Math.max(2, top * 1.1)] } },
+    axes: [{ ...axis, size: 24, space: 60 }, { ...axis, size: 40, space: 30, values: asText }],
+    series: [{}, ...curves.map((curve) => ({ label: curve.label, stroke: color(curve.token), width: 2, points: { show: false } }))],
+  };
+}
+
+function Chart(props: ChartProps) {
+  const place = useRef<HTMLDivElement>(null);
+  useEffect(() => (place.current === null ? undefined : draw(place.current, props)), []);
+  return (
+    <figure>
+      <figcaption>
+        {props.title}
+        {props.curves.length > 1 && props.curves.map((curve) => <span key={curve.label} class="series-key" style={`--dot: var(--${curve.token})`}>{curve.label}</span>)}
+      </figcaption>
+      <div ref={place} class="chart" />
+    </figure>
+  );
+}
+
+/** Draw anew when the theme or the campaign's length changes, else only hand over new points. */
+function draw(container: HTMLElement, props: ChartProps): () => void {
+  let plot: uPlot | null = null;
+  const data = (points: readonly Point[]): uPlot.AlignedData => [
+    points.map((point) => point.slot),
+    ...props.curves.map((curve) => points.map(curve.value)),
+  ];
+  const stopMaking = effect(() => {
+    void scheme.value;
+    const slots = state.area.value?.slots ?? 1;
+    plot?.destroy();
+    plot = new uPlot(options(props, container.clientWidth, slots), data(state.points.peek()), container);
+  });
+  const stopFeeding = effect(() => plot?.setData(data(state.points.value)));
+  const watch = new ResizeObserver(() => plot?.setSize({ width: container.clientWidth, height: HEIGHT }));
+  watch.observe(container);
+  return () => {
+    stopMaking();
+    stopFeeding();
+    watch.disconnect();
+    plot?.destroy();
+  };
+}

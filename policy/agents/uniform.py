@@ -1,0 +1,41 @@
+"""Random: every UAV takes one of the paper's nine actions, each as likely as the others (Section VII-F)."""
+
+import numpy as np
+
+from policy.agents.base import Decision
+from policy.world.actions import ActionSet, paper_actions
+from policy.world.airspace import legal_moves
+from policy.world.scenario import Scenario
+from policy.world.state import JointAction, WorldState
+
+
+class UniformAgent:
+    """The floor that every method has to clear."""
+
+    name = "random"
+
+    def __init__(self, *, keep_inside: bool = True) -> None:
+        """``keep_inside``: choose among the legal moves only; False is the paper's, which may leave the map."""
+        self._keep_inside = keep_inside
+        self._scenario: Scenario
+        self._actions: ActionSet
+        self._rng = np.random.default_rng(0)
+
+    def reset(self, scenario: Scenario, seed: int) -> None:
+        """Begin a campaign with a generator of its own."""
+        self._scenario, self._actions = scenario, paper_actions(scenario.max_speed_mps)
+        self._rng = np.random.default_rng(seed)
+
+    def decide(self, state: WorldState) -> Decision:
+        """One draw for each UAV."""
+        choices = np.array([self._draw(state, uav) for uav in range(state.uav_pos_enu_m.shape[0])])
+        joint = JointAction(self._actions.heading_rad[choices], self._actions.speed_mps[choices])
+        return Decision(joint, explanation={"drawn_from": self._actions.size})
+
+    def _draw(self, state: WorldState, uav: int) -> int:
+        everything = np.arange(self._actions.size)
+        if not self._keep_inside:
+            return int(self._rng.choice(everything))
+        position, velocity = state.uav_pos_enu_m[uav], state.uav_vel_enu_mps[uav]
+        legal = everything[legal_moves(position, velocity, self._actions.vel_enu_mps, self._scenario)]
+        return int(self._rng.choice(legal)) if legal.size else 0  # hovering is the safest where nothing is legal
