@@ -172,7 +172,7 @@ class FlightLoop:
         self._snapshot = FlightSnapshot(
             time_s=now_s,
             tick=self._tick,
-            vehicles=tuple(self._link.vehicles().values()),
+            vehicles=tuple(self._manager.vehicles.values()),
             campaign=self._manager.snapshot(now_s),
             stopped=self._manager.emergency.latched,
             setpoint_period_s=period_s,

@@ -60,7 +60,11 @@ def run_fly(args: argparse.Namespace) -> int:
     """Exit code 0: flown to the end; 1: ended early; 2: could not begin."""
     try:
         return _fly(args)
-    except (ValueError, ClockError, OSError) as error:  # MissionError, OutputError, UnknownPolicyError ... are ValueErrors
+    except (
+        ValueError,
+        ClockError,
+        OSError,
+    ) as error:  # MissionError, OutputError, UnknownPolicyError ... are ValueErrors
         return complain(PROGRAM, error)
 
 
@@ -152,18 +156,20 @@ def _flown(
 def _conclude(args: argparse.Namespace, flown: FlownCampaign) -> int:
     console, metrics = Console(), flown.metrics
     if metrics is not None:
-        random = random_beside(flown)
-        print_table(flown, metrics, random, console)
         if args.json is not None:
             write_result(args.json, flown.result(metrics))
         if args.trajectory is not None:
             write_trajectory(args.trajectory, trajectory_rows(flown.records))
+        random = random_beside(flown)
+        print_table(flown, metrics, random, console)
         if args.report is not None:
             console.print(f"report: {write_report(flown, random, args.report)}", soft_wrap=True)
     if flown.state is CampaignState.DONE:
         return 0
     print_reason = f"the campaign is {flown.state} after {flown.records[-1].slot if flown.records else 0} slots"
-    Console(stderr=True).print(f"{PROGRAM}: {print_reason}: {flown.reason}", highlight=False, markup=False, soft_wrap=True)
+    Console(stderr=True).print(
+        f"{PROGRAM}: {print_reason}: {flown.reason}", highlight=False, markup=False, soft_wrap=True
+    )
     return 1
 
 

@@ -77,6 +77,7 @@ class MissionManager:
         self._link, self._journal, self._virtual = link, journal, virtual
         self.emergency = EmergencyStop()
         self.campaign: Campaign | None = None
+        self.vehicles: Mapping[int, VehicleStatus] = {}  # as seen at the newest step
         self._now_s = 0.0
 
     # --- what the operator may ask --------------------------------------------------------------------------------
@@ -178,7 +179,7 @@ class MissionManager:
     def step(self, now_s: float) -> list[SealedSetpoint]:
         """Advance the campaign to ``now_s``; the setpoints to send."""
         self._now_s = now_s
-        vehicles = self._link.vehicles()
+        vehicles = self.vehicles = self._link.vehicles()
         for verdict in self.emergency.step(vehicles, self._link, now_s):
             self._event("command.verdict", f"hold: {verdict.result}", system_id=verdict.command.system_id)
         campaign = self.campaign

@@ -54,6 +54,7 @@ class SlotFlight:
         self.decision_ms: float | None = None
         self._ticket: PlanTicket | None = None
         self._references: tuple[SlotReference, ...] | None = None
+        self._plans: tuple[UavPlan, ...] = ()
         self._paused_at_s: float | None = None
         self._slot_start_s = now_s
         self._begin_slot(now_s)
@@ -79,14 +80,9 @@ class SlotFlight:
 
     def plans(self) -> tuple[UavPlan, ...]:
         """What the active UAVs do in this slot, for the map; none while holding."""
-        if self._references is None or self.decision is None:
+        if self._references is None:
             return ()
-        action = self.decision.action
-        return tuple(
-            UavPlan(d.system_id, float(action.heading_rad[d.index]), float(action.speed_mps[d.index]), path.outline())
-            for d, path in zip(self._drones, self._references, strict=True)
-            if d.active
-        )
+        return tuple(plan for drone, plan in zip(self._drones, self._plans, strict=True) if drone.active)
 
     def measure(self, now_s: float) -> None:
         """Every tick, paused or not: energy and places as flown."""
@@ -186,6 +182,11 @@ class SlotFlight:
             self.scenario.max_accel_mps2,
             self._slot_start_s + self.scenario.slot_s - self._plan_start_s,
             self._plan_start_s,
+        )
+        heading, speed = answer.action.heading_rad, answer.action.speed_mps
+        self._plans = tuple(
+            UavPlan(drone.system_id, float(heading[i]), float(speed[i]), self._references[i].outline())
+            for i, drone in enumerate(self._drones)
         )
         return None
 

@@ -157,7 +157,7 @@ def test_slots_end_where_the_decision_says() -> None:
     flight = Flight()
     flight.fly()
     accel = flight.planner.scenario.max_accel_mps2 if flight.planner.scenario else 0.0
-    assert accel == pytest.approx(0.9 * 4.5)
+    assert accel == pytest.approx(0.95 * 4.5)
     from policy.world.transition import step
 
     for before, after in zip(flight.planner.states, flight.journal.slots[1:], strict=True):
@@ -173,7 +173,9 @@ def test_drones_keep_their_layers_and_the_stream_never_stops() -> None:
     lowest = {1: 999.0, 2: 999.0, 3: 999.0}
     while flight.loop.tick().campaign.state is CampaignState.FLYING:
         for vehicle in flight.vehicles:
-            lowest[vehicle.system_id] = min(lowest[vehicle.system_id], abs(vehicle.alt_m - 120 + 5 * (vehicle.system_id - 1)))
+            lowest[vehicle.system_id] = min(
+                lowest[vehicle.system_id], abs(vehicle.alt_m - 120 + 5 * (vehicle.system_id - 1))
+            )
     assert max(lowest.values()) < 2.0
     for vehicle in flight.vehicles:
         times = [t for t in vehicle.setpoint_times_s if t >= begun_s]
