@@ -1,7 +1,6 @@
 """The network as an ONNX graph with batch, UAVs and users left open."""
 
 import contextlib
-import io
 import json
 import logging
 import warnings
@@ -23,12 +22,12 @@ OPSET = 18
 def export_onnx(network: GcrlNetwork, path: Path) -> None:
     """Write the graph with the network's description inside; weights are embedded (one file)."""
     with _quiet_exporter():
-        graph = onnx.load_model_from_string(_graph(network))
+        graph = _graph(network)
     onnx.helper.set_model_props(graph, {SPEC_KEY: json.dumps(network.spec.to_json())})
     write_atomically(path, graph.SerializeToString())
 
 
-def _graph(network: GcrlNetwork) -> bytes:
+def _graph(network: GcrlNetwork) -> onnx.ModelProto:
     batch, uavs, users = (torch.export.Dim(name, min=1) for name in ("batch", "uavs", "users"))
     axes = {
         "uav": {0: batch, 1: uavs},
@@ -48,9 +47,7 @@ def _graph(network: GcrlNetwork) -> bytes:
         verbose=False,
     )
     assert program is not None
-    written = io.BytesIO()
-    program.save(written)
-    return written.getvalue()
+    return program.model_proto
 
 
 @contextlib.contextmanager

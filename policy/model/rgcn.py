@@ -1,5 +1,7 @@
 """Relational graph convolution over UAVs and users, Eq. 11."""
 
+import itertools
+
 import torch
 from torch import Tensor, nn
 
@@ -12,7 +14,7 @@ EPSILON = 1e-6
 def mlp(*widths: int) -> nn.Sequential:
     """Fully connected layers with ReLU between them."""
     layers: list[nn.Module] = []
-    for before, after in zip(widths[:-1], widths[1:], strict=True):
+    for before, after in itertools.pairwise(widths):
         layers += [nn.Linear(before, after), nn.ReLU()]
     return nn.Sequential(*layers[:-1])
 
