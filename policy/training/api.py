@@ -20,7 +20,7 @@ from policy.model.export import export_onnx
 from policy.model.network import GcrlNetwork
 from policy.model.torch_runner import TorchRunner
 from policy.model.weights import save_weights
-from policy.training.card import write_card
+from policy.training.card import git_commit, write_card
 from policy.training.collect import fly_episode
 from policy.training.learner import Learner
 from policy.training.replay import Replay
@@ -81,6 +81,7 @@ class _Run:
         self._losses = (float("nan"), float("nan"))
         self._begun_s = time.monotonic()
         self._resumed_at = 0
+        self._commit = git_commit()  # of what runs, not of what the folder holds by the end
 
     @property
     def episode(self) -> int:
@@ -155,6 +156,7 @@ class _Run:
             data=getattr(self._sampler, "description", "as the caller's sampler draws them"),
             scores=self._scores,
             training_s=time.monotonic() - self._begun_s,
+            commit=self._commit,
         )
 
 

@@ -33,6 +33,7 @@ def write_card(
     data: str,
     scores: list[float],
     training_s: float,
+    commit: str | None,
 ) -> None:
     """Write ``files.card`` for the weights and the graph that lie beside it."""
     card: Mapping[str, Any] = {
@@ -49,7 +50,7 @@ def write_card(
         "training_s": round(training_s, 1),
         "date_utc": datetime.now(UTC).isoformat(timespec="seconds"),
         "command": shlex.join(["python", *sys.orig_argv[1:]]),
-        "git_commit": git_commit(),
+        "git_commit": commit,
         "versions": {name: importlib.metadata.version(name) for name in ("torch", "numpy", "onnx", "onnxruntime")},
         "python": platform.python_version(),
         "sha256": {"safetensors": sha256(files.weights), "onnx": sha256(files.graph)},
