@@ -67,7 +67,7 @@ class NetworkEvaluator:
     def predict_users(self, states: StateBatch, units: Units) -> FloatArray:
         """Places at the next sample [B, M, 2] metres."""
         way = self._run(states, units).user_next[..., :2].astype(np.float64)
-        return np.asarray(states.user_pos_enu_m + way * units.reach_m)
+        return np.asarray(states.user_pos_enu_m + way * units.walk_m)
 
     def predict_next(self, states: StateBatch, vel_command_mps: FloatArray, units: Units) -> StateBatch:
         """The learned next state in the units of the present one."""
@@ -87,7 +87,7 @@ def decode_next(states: StateBatch, raw: RawOutputs, vel_command_mps: FloatArray
     """Heads f_1 and f_2 in real units; AoI at least 1, data and energy at least 0, the absent unchanged."""
     uav_next, user_next = raw.uav_next.astype(np.float64), raw.user_next.astype(np.float64)
     flying, present = states.uav_active, states.user_active
-    step_m = np.where(present[..., None], user_next[..., :2] * units.reach_m, 0.0)
+    step_m = np.where(present[..., None], user_next[..., :2] * units.walk_m, 0.0)
     aoi_slots = np.maximum(AOI_SCALE_SLOTS ** user_next[..., 2], 1.0)
     data_mb = np.maximum(AOI_SCALE_SLOTS ** user_next[..., 3] - 1.0, 0.0) * units.slot_data_mb
     energy_j = np.maximum(states.uav_energy_j - uav_next[..., 2] * units.battery_j, 0.0)

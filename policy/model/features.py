@@ -23,6 +23,7 @@ UAV_ACTION_FEATURES = 2
 FEATURE_VERSION = 1
 
 AOI_SCALE_SLOTS = 30.0
+MAX_WALKS = 15.0  # of a step: faster than any vehicle on a campus, a position error
 FAR = 20.0  # in slots' ways: the distance given when no UAV flies
 
 
@@ -78,7 +79,7 @@ def _user_features(states: StateBatch, units: Units, middle_m: FloatArray) -> Fl
     radius = units.serving_radius_m / units.reach_m
     columns = (
         (states.user_pos_enu_m - middle_m) / units.reach_m,
-        states.user_step_m / units.reach_m,
+        np.clip(states.user_step_m / units.walk_m, -MAX_WALKS, MAX_WALKS),
         (np.log(np.maximum(states.user_aoi_slots, 1.0)) / np.log(AOI_SCALE_SLOTS))[..., None],
         (states.user_aoi_slots / AOI_SCALE_SLOTS)[..., None],
         (np.log1p(states.user_data_mb / units.slot_data_mb) / np.log(AOI_SCALE_SLOTS))[..., None],

@@ -10,7 +10,7 @@ from policy.model.rgcn import Rgcn, mlp
 from policy.model.spec import ModelSpec
 
 UAV_NEXT = 3  # way east and north in units of reach, energy spent as a share of the battery
-USER_NEXT = 4  # way east and north in units of reach, log AoI and log data as in the features
+USER_NEXT = 4  # way east and north in units of a walk, log AoI and log data as in the features
 
 
 class Outputs(NamedTuple):

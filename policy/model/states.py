@@ -9,12 +9,16 @@ from policy.world.arrays import BoolArray, FloatArray
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState
 
+WALK_MPS = 1.3
+"""Usual walking speed (Bohannon and Andrews, Physiotherapy 97(3), 2011: 1.2 to 1.4 m/s for adults)."""
+
 
 @dataclass(frozen=True)
 class Units:
     """What lengths, speeds and amounts are measured against, so that weights fit places never seen."""
 
     reach_m: float  # v tau: the farthest a UAV flies in a slot
+    walk_m: float  # way of a walking user in a slot
     serving_radius_m: float
     max_speed_mps: float
     battery_j: float
@@ -26,6 +30,7 @@ class Units:
         """The units of a campaign."""
         return cls(
             reach_m=scenario.max_speed_mps * scenario.slot_s,
+            walk_m=WALK_MPS * scenario.slot_s,
             serving_radius_m=scenario.serving_radius_m,
             max_speed_mps=scenario.max_speed_mps,
             battery_j=scenario.battery_j,

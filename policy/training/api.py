@@ -162,4 +162,4 @@ class _Run:
 
 def _log(log: SummaryWriter, told: TrainProgress) -> None:
     for name in ("score", "mean_score", "value_loss", "prediction_loss"):
-        log.add_scalar(name, getattr(told, name), told.episode)  # type: ignore[no-untyped-call]
+        log.add_scalar(name, getattr(told, name), told.episode)

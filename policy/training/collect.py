@@ -25,7 +25,7 @@ class ArrayPlaces:
 
     def positions(self, sample: int) -> FloatArray:
         """[M, 2] at ``sample``."""
-        return self._pos_enu_m[sample]
+        return np.asarray(self._pos_enu_m[sample])
 
 
 class Exploring:

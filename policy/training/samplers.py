@@ -26,7 +26,7 @@ class AnyPlace:
     slots: int = 120
     slot_s: float = 15.0
     side_m: tuple[float, float] = (1000.0, 3500.0)
-    users: tuple[int, int] = (20, 80)
+    users: tuple[int, int] = (20, 90)
     uavs: tuple[int, ...] = (1, 2, 2, 2, 3, 4)
     mcl_db: tuple[float, ...] = (117.0, 117.0, 117.0, 115.0, 119.0)
     accel_mps2: tuple[float, ...] = (math.inf, math.inf, 4.5, 2.5)
@@ -44,7 +44,8 @@ class AnyPlace:
 
     def __call__(self, rng: np.random.Generator) -> tuple[Scenario, FloatArray]:
         """One campaign."""
-        size_m = tuple(float(side) for side in np.exp(rng.uniform(*np.log(self.side_m), size=2)))
+        least, greatest = np.log(self.side_m)
+        size_m = tuple(float(side) for side in np.exp(rng.uniform(least, greatest, size=2)))
         users, uavs = int(rng.integers(self.users[0], self.users[1] + 1)), int(rng.choice(self.uavs))
         scenario = Scenario(
             area=Area((0.0, 0.0), (size_m[0], size_m[1])),

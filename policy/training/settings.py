@@ -24,13 +24,13 @@ class TrainSettings:
     updates_per_episode: int = 8  # ours: Algorithm 1 updates in every slot, on one sample
     n_step: int = 20  # ours: rewards summed before the target network's value (Eq. 16 has one)
     target_every: int = 100  # updates between copies into the target network
-    replay_episodes: int = 150
-    explore_start: float = 0.3  # share of slots flown at random, falling linearly ...
+    replay_episodes: int = 300
+    explore_start: float = 0.15  # share of slots flown at random, falling linearly ...
     explore_end: float = 0.05
-    warmup_episodes: int = 40  # ours: flown with the plain leaf, before the learned one is worth asking
+    warmup_episodes: int = 120  # ours: flown with the plain leaf, before the learned one is worth asking
     horizon_slots: int = 6  # N while training
     beam: int = 12
-    checkpoint_every: int = 25  # episodes
+    checkpoint_every: int = 50  # episodes
     threads: int = 1
 
     def __post_init__(self) -> None:
