@@ -8,7 +8,6 @@ from torch.nn.functional import smooth_l1_loss
 
 from policy.model.network import Outputs
 
-
 STANDING_WALKS = 0.25
 """In walks of a slot: errors up to 5 m count as squares."""
 
