@@ -201,6 +201,12 @@ def test_a_missing_file_lists_what_there_is():
         load_mission("a\0b")
 
 
+def test_a_folder_of_a_missions_name_is_not_in_the_way(tmp_path, monkeypatch):
+    (tmp_path / "demo").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert load_mission("demo").name == "demo"
+
+
 def test_the_shipped_missions_can_be_flown():
     shipped = list_missions()
     assert {"demo", "purdue", "ncsu", "kaist"} <= shipped.keys()

@@ -16,9 +16,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from policy.agents.registry import PolicyChoice
-from policy.service import PolicyService, RemotePolicy, RemotePolicyError, StateError
+from policy.service import PolicyFaultError, PolicyService, RemotePolicy, RemotePolicyError, StateError
 from policy.service.app import ActRequest, Desk
 from policy.service.body_limit import MAX_BODY_BYTES
+from policy.service.problems import ProblemError
 from policy.service.wire import (
     ScenarioWire,
     StateWire,
@@ -218,6 +219,16 @@ def test_a_service_that_has_forgotten_takes_the_campaign_up_again(scenario, stat
     desk = Desk(None, PolicyService(max_campaigns=1))
     requests = [ActRequest.model_validate(body(scenario, state, campaign_id=name)) for name in ("a", "b", "a")]
     assert [desk.act(request)["campaign_id"] for request in requests] == ["a", "b", "a"]
+
+
+def test_a_defect_of_the_policy_is_not_blamed_on_the_request(scenario, state):
+    class Broken(PolicyService):
+        def act(self, campaign_id, state):
+            raise PolicyFaultError("gcrl answered a heading or speed that is not finite in slot 0")
+
+    with pytest.raises(ProblemError) as caught:
+        Desk(None, Broken()).act(ActRequest.model_validate(body(scenario, state)))
+    assert caught.value.status == 500
 
 
 def test_the_remote_policy_tells_refusals_apart(away, scenario, state):
