@@ -194,8 +194,8 @@ class MissionManager:
             failure = drone.script.run(drone, crew, now_s)
             if failure is not None:
                 self._script_failed(campaign, drone, failure.reason)
-            elif drone.script.finished:
-                drone.halted = False
+            else:
+                drone.halted = drone.halted and not drone.script.finished
 
     def _script_failed(self, campaign: Campaign, drone: Drone, reason: str) -> None:
         if campaign.state is CampaignState.LAUNCHING:
