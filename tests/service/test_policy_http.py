@@ -2,6 +2,7 @@
 
 import copy
 import json
+import signal
 import subprocess
 import sys
 import tomllib
@@ -60,6 +61,13 @@ def test_the_answer_names_headings_and_speeds(client, scenario, state):
     assert answer["value"] is not None
     assert answer["explanation"]
     assert answer["decision_ms"] > 0.0
+
+
+def test_the_documented_request_is_answered(client):
+    documented = Path("docs/policy-cli.md").read_text().split("```json\n")[1].split("```")[0]
+    answer = client.post("/v1/act", json=json.loads(documented))
+    assert answer.status_code == 200
+    assert len(answer.json()["heading_deg"]) == 2
 
 
 def test_a_mission_by_name_or_as_a_document(client, state):
@@ -239,5 +247,6 @@ def test_served_by_its_own_command(scenario, state):
             assert httpx.get(f"{url}/healthz").json() == {"status": "ok"}
             away.close()
         finally:
-            server.terminate()
-            server.wait(timeout=20)
+            server.send_signal(signal.SIGINT)
+            code = server.wait(timeout=20)
+    assert code == 0
