@@ -1,10 +1,10 @@
 """``gcs fly``: one campaign, headless, over real MAVLink sockets."""
 
 import argparse
-import datetime
+import datetime as dt
 import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +23,6 @@ from gcs.links.pymavlink_link import PymavlinkFleetLink
 from gcs.mission.order import CampaignOrder
 from gcs.mission.states import FINAL
 from gcs.ports import CampaignState, FlightClock, FlightSnapshot, OperatorRequest, RequestKind
-from policy.agents.registry import PolicyChoice
 from policy.evaluation.evaluate import policy_of
 from policy.evaluation.files import check_destination
 from policy.evaluation.results import write_result
@@ -72,7 +71,6 @@ def run_fly(args: argparse.Namespace) -> int:
 class _Fleet:
     clock: FlightClock
     link: PymavlinkFleetLink
-    system_ids: tuple[int, ...]
 
 
 def _fly(args: argparse.Namespace) -> int:
@@ -83,18 +81,30 @@ def _fly(args: argparse.Namespace) -> int:
             path.parent.mkdir(parents=True, exist_ok=True)
             check_destination(path)
     agent = policy.build() if args.policy_url is None else None
+    drones = _drones(args, mission)
+    order = make_order(mission, Cast(tuple(drones), policy, agent, args.policy_url, args.seed))
     console = Console(stderr=True)
     with ExitStack() as stack:
-        fleet = stack.enter_context(_fleet(args, mission))
-        cast = Cast(fleet.system_ids, policy, agent, args.policy_url, args.seed)
-        order = make_order(mission, cast)
+        fleet = stack.enter_context(_fleet(args, mission, drones))
         progress = stack.enter_context(_progress(console))
         log = FlightLog(tell=lambda line: progress.console.print(line, highlight=False, markup=False))
         loop = make_loop(fleet.clock, fleet.link, log)
-        begun, begun_s = datetime.datetime.now(datetime.UTC), time.monotonic()
+        begun, begun_s = dt.datetime.now(dt.UTC), time.monotonic()
         last = _run(loop, order, progress)
-        flown = _flown(mission, policy, order, log, last, time.monotonic() - begun_s, begun.isoformat())
-        flown.violations.update(loop.violations())
+    assert last.campaign is not None
+    flown = FlownCampaign(
+        mission=mission,
+        policy=policy,
+        scenario=order.scenario,
+        seed=order.seed,
+        state=last.campaign.state,
+        reason=last.campaign.reason,
+        records=tuple(log.slots),
+        events=tuple(log.events),
+        violations=loop.violations(),
+        wall_s=time.monotonic() - begun_s,
+        begun_utc=begun.isoformat(),
+    )
     return _conclude(args, flown)
 
 
@@ -103,14 +113,13 @@ def _run(loop: FlightLoop, order: CampaignOrder, progress: Progress) -> FlightSn
     bar = progress.add_task("launching", total=order.scenario.slots)
     loop.start(order, "gcs fly")
     show = _bar(progress, bar)
-    while True:
-        try:
-            loop.run(until=show)
-        except KeyboardInterrupt:
-            progress.console.print("aborting: the drones return and land (Ctrl-C again to leave them to themselves)")
-            loop.submit(OperatorRequest(RequestKind.ABORT, "Ctrl-C"))
-            loop.run(until=show)
-        return loop.snapshot()
+    try:
+        loop.run(until=show)
+    except KeyboardInterrupt:
+        progress.console.print("aborting: the drones return and land (Ctrl-C again to leave them to themselves)")
+        loop.submit(OperatorRequest(RequestKind.ABORT, "Ctrl-C"))
+        loop.run(until=show)
+    return loop.snapshot()
 
 
 def _bar(progress: Progress, bar: TaskID) -> Callable[[FlightSnapshot], bool]:
@@ -126,31 +135,6 @@ def _bar(progress: Progress, bar: TaskID) -> Callable[[FlightSnapshot], bool]:
         return campaign.state in FINAL
 
     return show
-
-
-def _flown(
-    mission: Mission,
-    policy: PolicyChoice,
-    order: CampaignOrder,
-    log: FlightLog,
-    last: FlightSnapshot,
-    wall_s: float,
-    begun_utc: str,
-) -> FlownCampaign:
-    assert last.campaign is not None
-    return FlownCampaign(
-        mission=mission,
-        policy=policy,
-        scenario=order.scenario,
-        seed=order.seed,
-        state=last.campaign.state,
-        reason=last.campaign.reason,
-        records=tuple(log.slots),
-        events=tuple(log.events),
-        violations={},
-        wall_s=wall_s,
-        begun_utc=begun_utc,
-    )
 
 
 def _conclude(args: argparse.Namespace, flown: FlownCampaign) -> int:
@@ -173,15 +157,31 @@ def _conclude(args: argparse.Namespace, flown: FlownCampaign) -> int:
     return 1
 
 
-@contextmanager
-def _fleet(args: argparse.Namespace, mission: Mission) -> Iterator[_Fleet]:
-    if args.drone and args.fleet:
+def _drones(args: argparse.Namespace, mission: Mission) -> dict[int, str | None]:
+    """System id -> address, in the order of the mission's UAVs; the mock's addresses come later."""
+    wanted = mission.scenario.num_uavs
+    if not args.drone:
+        return dict.fromkeys(range(1, wanted + 1))
+    if args.fleet:
         raise UsageError("--fleet mock and --drone exclude each other; give one of them")
+    if args.speedup is None:
+        raise UsageError("--speedup max needs --fleet mock; real drones fly in real time")
+    drones: dict[int, str | None] = dict(_drone(text) for text in args.drone)
+    if len(drones) != wanted:
+        raise UsageError(f"mission {mission.name!r} needs {wanted} drones; {len(drones)} given with --drone")
+    return drones
+
+
+@contextmanager
+def _fleet(args: argparse.Namespace, mission: Mission, drones: Mapping[int, str | None]) -> Iterator[_Fleet]:
+    addresses = {address: system_id for system_id, address in drones.items() if address is not None}
     with ExitStack() as stack:
-        if args.drone:
-            yield _real_fleet(args, mission, stack)
-        else:
+        if not addresses:
             yield _mock_fleet(args, mission, stack)
+            return
+        link = PymavlinkFleetLink(list(addresses), expected=addresses)
+        stack.callback(link.close)
+        yield _Fleet(RealClock(args.speedup), link)
 
 
 def _mock_fleet(args: argparse.Namespace, mission: Mission, stack: ExitStack) -> _Fleet:
@@ -195,19 +195,7 @@ def _mock_fleet(args: argparse.Namespace, mission: Mission, stack: ExitStack) ->
     stack.callback(link.close)
     clock = LockstepClock(mock.clock, args.speedup)
     stack.callback(clock.close)
-    return _Fleet(clock, link, tuple(sorted(mock.drones.values())))
-
-
-def _real_fleet(args: argparse.Namespace, mission: Mission, stack: ExitStack) -> _Fleet:
-    if args.speedup is None:
-        raise UsageError("--speedup max needs --fleet mock; real drones fly in real time")
-    drones = dict(_drone(text) for text in args.drone)
-    wanted = mission.scenario.num_uavs
-    if len(drones) != wanted:
-        raise UsageError(f"mission {mission.name!r} needs {wanted} drones; {len(drones)} given with --drone")
-    link = PymavlinkFleetLink(list(drones.values()), expected={address: sysid for sysid, address in drones.items()})
-    stack.callback(link.close)
-    return _Fleet(RealClock(args.speedup), link, tuple(drones))
+    return _Fleet(clock, link)
 
 
 def _drone(text: str) -> tuple[int, str]:

@@ -37,7 +37,7 @@ class SlotFlight:
     """From the first slot's start to the last one's end."""
 
     def __init__(
-        self, order: CampaignOrder, scenario: Scenario, drones: Sequence[Drone], now_s: float, virtual: bool
+        self, order: CampaignOrder, scenario: Scenario, drones: Sequence[Drone], now_s: float, *, virtual: bool
     ) -> None:
         """``scenario`` as these vehicles fly it; ``virtual``: time stands still while a decision is awaited."""
         self._order, self.scenario, self._drones = order, scenario, drones
@@ -129,7 +129,9 @@ class SlotFlight:
         gains, top_mps = self._settings.gains, self.scenario.max_speed_mps
         if self._paused_at_s is None and drone.active:
             if self._references is not None:
-                return follow(track, self._references[drone.index], drone.layer_alt_m, top_mps, now_s, gains)
+                return follow(
+                    track, self._references[drone.index], drone.layer_alt_m, now_s, max_speed_mps=top_mps, gains=gains
+                )
             if self._ticket is not None:  # within the grace: go on as before
                 return keep_velocity(track, self._entry_mps[drone.index], drone.layer_alt_m, top_mps, gains)
         if drone.goal is None:
@@ -179,9 +181,9 @@ class SlotFlight:
             self._entry_m,
             self._entry_vel_mps,
             np.asarray(answer.action.vel_enu_mps, dtype=np.float64),
-            self.scenario.max_accel_mps2,
-            self._slot_start_s + self.scenario.slot_s - self._plan_start_s,
-            self._plan_start_s,
+            max_accel_mps2=self.scenario.max_accel_mps2,
+            slot_s=self._slot_start_s + self.scenario.slot_s - self._plan_start_s,
+            start_s=self._plan_start_s,
         )
         heading, speed = answer.action.heading_rad, answer.action.speed_mps
         self._plans = tuple(

@@ -78,6 +78,16 @@ class Wish:
     track: UavTrack | None
 
 
+@dataclass(frozen=True)
+class _Case:
+    """A setpoint near a bound: as asked, and within the plain limits."""
+
+    setpoint: VelocitySetpoint
+    track: UavTrack
+    asked: Enu
+    vel: Enu
+
+
 class SafetyGate:
     """Judges a fleet's setpoints tick by tick. The order of the wishes is the right of way."""
 
@@ -109,17 +119,10 @@ class SafetyGate:
         if not rivals and is_far_from_bounds(track, self.envelope):
             action = GateAction.PASSED if vel == asked else GateAction.SLOWED
             return self._seal(setpoint, track, vel, action, "" if vel == asked else "speed or climb limit")
-        return self._avoid(setpoint, track, asked, vel, rivals, forecasts)
+        return self._avoid(_Case(setpoint, track, asked, vel), rivals, forecasts)
 
-    def _avoid(
-        self,
-        setpoint: VelocitySetpoint,
-        track: UavTrack,
-        asked: Enu,
-        vel: Enu,
-        rivals: Sequence[UavTrack],
-        forecasts: dict[int, Forecast],
-    ) -> SealedSetpoint:
+    def _avoid(self, case: _Case, rivals: Sequence[UavTrack], forecasts: dict[int, Forecast]) -> SealedSetpoint:
+        setpoint, track, asked, vel = case.setpoint, case.track, case.asked, case.vel
         candidates = _candidates(vel)
         last = self._last.get(track.system_id, _velocity(track))
         own = forecast(track, last, candidates, self.envelope, self._times_s)

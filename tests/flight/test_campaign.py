@@ -24,8 +24,10 @@ from gcs.ports import (
 )
 from policy.agents.base import Decision
 from policy.world.arrays import FloatArray
+from policy.world.energy import propulsion_power_w
 from policy.world.scenario import Area, Scenario
 from policy.world.state import JointAction, WorldState
+from policy.world.transition import step
 
 SLOTS = 6
 
@@ -158,8 +160,6 @@ def test_slots_end_where_the_decision_says() -> None:
     flight.fly()
     accel = flight.planner.scenario.max_accel_mps2 if flight.planner.scenario else 0.0
     assert accel == pytest.approx(0.95 * 4.5)
-    from policy.world.transition import step
-
     for before, after in zip(flight.planner.states, flight.journal.slots[1:], strict=True):
         expected, _ = step(flight.planner.scenario, before, square(before).action, before.user_pos_enu_m)
         for uav, place in zip(after.uavs, expected.uav_pos_enu_m, strict=True):
@@ -183,8 +183,6 @@ def test_drones_keep_their_layers_and_the_stream_never_stops() -> None:
 
 
 def test_energy_is_the_worlds() -> None:
-    from policy.world.energy import propulsion_power_w
-
     flight = Flight(decide=lambda s: Decision(JointAction(np.zeros(2), np.zeros(2))))
     flight.fly()
     hover_j = float(propulsion_power_w(np.array(0.0))) * 15.0 * SLOTS

@@ -49,13 +49,14 @@ class LaggingMass:
 def reference(
     body: LaggingMass, vel: tuple[float, float], start_s: float = 0.0, accel: float = 0.95 * ACCEL
 ) -> SlotReference:
-    (path,) = slot_references(np.array([body.place]), np.array([body.vel]), np.array([vel]), accel, SLOT_S, start_s)
+    here, now, goal = (np.array([pair]) for pair in (body.place, body.vel, vel))
+    (path,) = slot_references(here, now, goal, max_accel_mps2=accel, slot_s=SLOT_S, start_s=start_s)
     return path
 
 
 def fly_slot(body: LaggingMass, path: SlotReference, start_s: float = 0.0) -> None:
     for tick in range(round(SLOT_S / TICK_S)):
-        body.fly(follow(body.track(), path, 120.0, 18.0, start_s + tick * TICK_S, DEFAULT_GAINS))
+        body.fly(follow(body.track(), path, 120.0, start_s + tick * TICK_S, max_speed_mps=18.0, gains=DEFAULT_GAINS))
 
 
 angles, speeds = st.floats(0.0, 2 * math.pi), st.sampled_from([0.0, 5.0, 10.0, 14.0, 18.0])

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gcs.mission.states import ENDINGS, FINAL, TRANSITIONS, IllegalTransition, Trigger, is_allowed, next_state
+from gcs.mission.states import ENDINGS, FINAL, TRANSITIONS, IllegalTransitionError, Trigger, is_allowed, next_state
 from gcs.ports import CampaignState
 
 
@@ -13,7 +13,7 @@ def test_every_pair_is_in_the_table_or_fails_loudly(state: CampaignState, trigge
     if is_allowed(state, trigger):
         assert next_state(state, trigger) is TRANSITIONS[(state, trigger)]
     else:
-        with pytest.raises(IllegalTransition, match=str(state)):
+        with pytest.raises(IllegalTransitionError, match=str(state)):
             next_state(state, trigger)
 
 
