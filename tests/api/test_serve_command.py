@@ -20,6 +20,7 @@ from gcs.store.store import using_store
 
 GCS = (sys.executable, "-m", "gcs")
 WAIT_S = 60.0
+ROOT = Path(__file__).parents[2]
 KEY = re.compile(r"^ucs_[0-9a-f]{8}_[\w-]{43}$")
 
 
@@ -56,7 +57,7 @@ def url_of(tmp_path: Path) -> str:
 def running(*words: str) -> Iterator[tuple[subprocess.Popen[str], str, str]]:
     """The process, its address and its one-time key (empty when none was printed)."""
     process = subprocess.Popen(
-        [*GCS, "serve", "--port", "0", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*GCS, "serve", "--port", "0", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT
     )
     try:
         assert process.stdout is not None
