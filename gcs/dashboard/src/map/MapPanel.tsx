@@ -41,7 +41,13 @@ export function MapPanel() {
   const area = state.area.value;
   return (
     <section class="map-panel" aria-label="Map">
-      <div ref={place} class="map" data-testid="map" />
+      <div
+        ref={place}
+        class="map"
+        data-testid="map"
+        data-drones={area === null ? 0 : (state.snapshot.value?.vehicles.length ?? 0)}
+        data-users={state.users.value.length}
+      />
       {failure.value !== null && <p class="map-note">The map cannot be drawn here ({failure.value}). Everything else works.</p>}
       {area === null && <p class="map-note">No campaign yet: choose a mission and create one.</p>}
       <div class="map-tools">

@@ -40,7 +40,7 @@ const HEIGHT = 132;
 
 export function Curves() {
   return (
-    <section class="curves value-box" aria-label="Metrics over the slots">
+    <section class="curves value-box" aria-label="Metrics over the slots" data-first-slot={state.points.value[0]?.slot}>
       {CHARTS.map((chart) => (
         <Chart key={chart.title} {...chart} />
       ))}
