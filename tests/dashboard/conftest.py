@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import uvicorn
 from moving_flight import MovingFlight
-from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
 from gcs.api.app import create_app
 from gcs.api.settings import ApiSettings
@@ -83,6 +83,7 @@ def browser() -> Iterator[Browser]:
         pytest.fail(
             "the browser tests need Chromium on PATH: install the package 'chromium' (apt-get install chromium)"
         )
+    expect.set_options(timeout=20_000)  # a loaded machine draws few pictures a second without a graphics card
     with sync_playwright() as playwright:
         opened = playwright.chromium.launch(executable_path=program, args=list(FLAGS))
         yield opened
@@ -101,8 +102,8 @@ def desk(built_page: Path, tmp_path: Path) -> Iterator[Desk]:
 
 @pytest.fixture
 def context(browser: Browser) -> Iterator[BrowserContext]:
-    opened = browser.new_context(viewport={"width": 1440, "height": 900}, reduced_motion="reduce")
-    opened.set_default_timeout(15_000)
+    opened = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    opened.set_default_timeout(20_000)
     yield opened
     opened.close()
 

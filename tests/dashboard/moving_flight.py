@@ -3,6 +3,7 @@
 import math
 import threading
 import time
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
 from itertools import pairwise
@@ -29,14 +30,15 @@ from gcs.ports import (
     Verdict,
     VerdictResult,
 )
-from policy.agents.registry import make_agent
+from policy.agents.base import Agent, Decision
 from policy.evaluation.rollout import CampaignRecord, fly
 from policy.mission_file import Mission, open_campaign
 from policy.mobility.traces import UserTraces
 from policy.world.metrics import campaign_metrics
 from policy.world.scenario import Scenario
+from policy.world.state import JointAction, WorldState
 
-WALL_SLOT_S = 0.6
+WALL_SLOT_S = 0.4
 """A slot of 15 s of flight takes this long in a test."""
 
 MOVES = {
@@ -88,11 +90,36 @@ class Sight:
         return np.asarray(self._traces.pos_enu_m[sample], dtype=np.float64)
 
 
-class MovingFlight:
-    """ports.FlightControl. ``lose`` silences a vehicle, ``battery`` sets its charge."""
+class Rounds:
+    """Ports of call on two circles, one a UAV: quick, and something to look at."""
 
-    def __init__(self, journal: Journal, origin_deg: tuple[float, float] = (47.396, 8.54)) -> None:
-        self._journal, self._origin_deg = journal, origin_deg
+    name = "rounds"
+
+    def reset(self, scenario: Scenario, seed: int) -> None:
+        self._middle_m = 0.5 * np.asarray(scenario.area.size_m)
+        self._reach_m = scenario.max_speed_mps * scenario.slot_s
+        self._slot_s = scenario.slot_s
+
+    def decide(self, state: WorldState) -> Decision:
+        uavs = np.arange(state.uav_pos_enu_m.shape[0])
+        angle_rad = 0.6 * (state.slot + 1) * (1.0 - 2.0 * (uavs % 2)) + np.pi * uavs
+        radius_m = self._middle_m.min() * (0.75 - 0.2 * uavs)
+        aim_m = self._middle_m + radius_m[:, None] * np.stack((np.sin(angle_rad), np.cos(angle_rad)), axis=-1)
+        way_m = aim_m - state.uav_pos_enu_m
+        distance_m = np.minimum(np.linalg.norm(way_m, axis=-1), self._reach_m)
+        return Decision(JointAction(np.arctan2(way_m[:, 0], way_m[:, 1]), distance_m / self._slot_s))
+
+
+class MovingFlight:
+    """ports.FlightControl. ``lose`` silences a vehicle, ``battery`` sets its charge; ``pilot`` makes the agent."""
+
+    def __init__(
+        self,
+        journal: Journal,
+        pilot: Callable[[str], Agent] = lambda _: Rounds(),
+        origin_deg: tuple[float, float] = (47.396, 8.54),
+    ) -> None:
+        self._journal, self._pilot, self._origin_deg = journal, pilot, origin_deg
         self._lock = threading.RLock()
         self._begun_s = self._counted_s = time.monotonic()
         self._flown_s = 0.0  # flight seconds since the campaign began; stands still while paused or stopped
@@ -242,7 +269,7 @@ class MovingFlight:
         mission = request.mission
         scenario, traces = open_campaign(mission)
         assert traces is not None
-        self._records = slot_records(fly(scenario, Sight(traces), make_agent(mission.policy)))
+        self._records = slot_records(fly(scenario, Sight(traces), self._pilot(mission.policy)))
         self._scenario, self._flown_s, self._told_slot = scenario, 0.0, -1
         campaign = CampaignSnapshot(
             request.campaign_id,

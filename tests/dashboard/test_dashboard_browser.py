@@ -178,13 +178,14 @@ def test_loss_of_the_server_is_shown_large_and_the_page_comes_back_by_itself(pag
     expect(control(page, "^Abort")).to_be_enabled()
 
 
-@pytest.mark.parametrize("width", [360, 768, 2560])
-def test_the_page_fits_from_a_phone_to_a_wall(page: Page, width: int, shot: Shot):
+def test_the_page_fits_from_a_phone_to_a_wall_in_light_and_dark(page: Page, shot: Shot):
     fly_demo(page)
-    page.set_viewport_size({"width": width, "height": 800 if width < 2000 else 1440})
-    expect(page.get_by_test_id("map")).to_be_visible()
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
-    shot(page, f"dashboard_{width}")
+    page.emulate_media(color_scheme="dark")
+    for width in (360, 768, 2560):
+        page.set_viewport_size({"width": width, "height": 800 if width < 2000 else 1440})
+        expect(page.get_by_test_id("map")).to_be_visible()
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        shot(page, f"dashboard_{width}")
 
 
 def test_curves_of_before_are_there_after_a_reload(page: Page):

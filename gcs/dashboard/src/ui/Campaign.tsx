@@ -73,7 +73,7 @@ export function Campaign() {
   useEffect(listen, []);
   const campaign = current();
   return (
-    <section class="panel" aria-label="Campaign">
+    <section class="panel campaign" aria-label="Campaign">
       <h2>Campaign</h2>
       {campaigns.value.length > 0 && (
         <p class="row">
