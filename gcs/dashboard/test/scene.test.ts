@@ -17,7 +17,7 @@ describe("the map's content", () => {
     expect(high).toEqual([true, false]);
   });
   it("lays the oldest users on top", () => {
-    const scene = userScene(ground(), [user({ aoi_slots: 30 }), user({ aoi_slots: 1 }), user({ aoi_slots: 7 })]);
+    const scene = userScene(ground(), [user({ aoi_slots: 30 }), user({ aoi_slots: 1 }), user({ aoi_slots: 7 }), user({ east_m: null })]);
     expect(scene.features.map((one) => one.properties?.["step"])).toEqual([0, 2, 4]);
   });
   it("never shows a drone as live when it or the server is silent", () => {
@@ -30,7 +30,7 @@ describe("the map's content", () => {
   });
   it("leaves out drones without a place, and the reach of those on the ground", () => {
     const scene = droneScene(ground(), [vehicle({}), vehicle({ system_id: 2, landed: "on_ground" }), vehicle({ system_id: 3, east_m: null })], 1, true);
-    expect(scene.features.map((one) => `${one.properties?.["kind"]} ${one.properties?.["id"] ?? ""}`)).toEqual(["drone 1", "reach ", "drone 2"]);
+    expect(scene.features.map((one) => [one.properties?.["id"], one.properties?.["serves"]])).toEqual([[1, true], [2, false]]);
   });
   it("shows plans only while they are live", () => {
     const trails = new Map([[1, [[0, 0], [9, 0]] as [number, number][]]]);

@@ -7,7 +7,7 @@ import { Map as MapView, NavigationControl, ScaleControl, setWorkerUrl, type Geo
 import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?worker&url";
 import { useEffect, useRef } from "preact/hooks";
 
-import { frameOf, toLngLat } from "../core/geo";
+import { frameOf, pixelsAtZoom0, toLngLat } from "../core/geo";
 import * as state from "../core/state";
 import { scheme } from "../core/theme";
 import type { CampaignStatic } from "../core/types";
@@ -41,7 +41,13 @@ export function MapPanel() {
   const area = state.area.value;
   return (
     <section class="map-panel" aria-label="Map">
-      <div ref={place} class="map" data-testid="map" />
+      <div
+        ref={place}
+        class="map"
+        data-testid="map"
+        data-drones={area === null ? 0 : (state.snapshot.value?.vehicles.length ?? 0)}
+        data-users={state.users.value.length}
+      />
       {failure.value !== null && <p class="map-note">The map cannot be drawn here ({failure.value}). Everything else works.</p>}
       {area === null && <p class="map-note">No campaign yet: choose a mission and create one.</p>}
       <div class="map-tools">
@@ -83,13 +89,13 @@ function feed(map: MapView): () => void {
     stops.push(effect(() => void (map.getSource(name) as GeoJSONSource | undefined)?.setData(scene())));
   };
   const begin = (): void => {
-    const { area, snapshot, users, trails, selected, live } = state;
+    const { area, snapshot, plans, users, trails, selected, live } = state;
     const vehicles = () => snapshot.value?.vehicles ?? [];
     stops.push(effect(() => repaint(map, scheme.value)));
     stops.push(effect(() => drawNames(map, vehicles().map((vehicle) => vehicle.system_id))));
     show("ground", () => (area.value === null ? EMPTY : groundScene(area.value)));
     show("users", () => (area.value === null ? EMPTY : userScene(area.value, users.value)));
-    show("ways", () => (area.value === null ? EMPTY : wayScene(area.value, trails.value, snapshot.value?.campaign?.plans ?? [], live.value)));
+    show("ways", () => (area.value === null ? EMPTY : wayScene(area.value, trails.value, plans.value, live.value)));
     show("drones", () => (area.value === null ? EMPTY : droneScene(area.value, vehicles(), selected.value, live.value)));
     stops.push(fitOnEntry(map), followSelected(map));
   };
@@ -100,19 +106,28 @@ function feed(map: MapView): () => void {
 
 function repaint(map: MapView, _scheme: string): void {
   drawIcons(map, (state.snapshot.peek()?.vehicles ?? []).map((vehicle) => vehicle.system_id));
-  for (const layer of layers()) {
+  const area = state.area.value;
+  const reachPx = area === null ? 0 : pixelsAtZoom0(area.serving_radius_m, area.south_west_deg[0]);
+  for (const layer of layers(reachPx)) {
     for (const [property, value] of Object.entries(layer.paint ?? {})) {
       map.setPaintProperty(layer.id, property as never, value as never);
     }
   }
 }
 
+/** The whole area when a campaign is entered, and whenever the panel's size changes until someone moves the map. */
 function fitOnEntry(map: MapView): () => void {
   let shown: string | null = null;
+  let moved = false;
+  map.on("movestart", (event) => void (moved ||= event.originalEvent !== undefined));
+  map.on("resize", () => {
+    const campaign = state.area.peek();
+    if (!moved && campaign !== null) fit(map, campaign);
+  });
   return effect(() => {
     const campaign = state.area.value;
     if (campaign === null || campaign.campaign_id === shown) return;
-    shown = campaign.campaign_id;
+    [shown, moved] = [campaign.campaign_id, false];
     fit(map, campaign);
   });
 }

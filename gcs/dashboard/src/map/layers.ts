@@ -7,20 +7,25 @@ import { color } from "../core/theme";
 import { EMPTY } from "./scene";
 
 export const SOURCES = ["ground", "ways", "users", "drones"] as const;
+const MAX_ZOOM = 22;
 export type SourceName = (typeof SOURCES)[number];
 
 const kind = (name: string): ["==", ["get", string], string] => ["==", ["get", "kind"], name];
 
-/** Bottom to top. */
-export function layers(): LayerSpecification[] {
+/** Bottom to top. `reachPx`: the service radius in pixels at zoom 0. */
+export function layers(reachPx: number): LayerSpecification[] {
   const stepColors = AOI_STEPS.flatMap((step, index) => [index, color(step.token)]);
   const chosen = (yes: number, no: number): ["case", ["get", string], number, number] => ["case", ["get", "chosen"], yes, no];
   return [
     { id: "background", type: "background", paint: { "background-color": color("map-outside") } },
     { id: "area", type: "fill", source: "ground", filter: kind("area"), paint: { "fill-color": color("map-ground") } },
     {
-      id: "reach-fill", type: "fill", source: "drones", filter: kind("reach"),
-      paint: { "fill-color": color("reach"), "fill-opacity": chosen(0.16, 0.08) },
+      id: "reach", type: "circle", source: "drones", filter: ["==", ["get", "serves"], true],
+      paint: {
+        "circle-radius": ["interpolate", ["exponential", 2], ["zoom"], 0, reachPx, MAX_ZOOM, reachPx * 2 ** MAX_ZOOM],
+        "circle-color": color("reach"), "circle-opacity": chosen(0.18, 0.1),
+        "circle-stroke-color": color("reach"), "circle-stroke-width": chosen(2.6, 1.4), "circle-stroke-opacity": 0.9,
+      },
     },
     {
       id: "obstacles", type: "fill", source: "ground", filter: kind("obstacle"),
@@ -33,10 +38,6 @@ export function layers(): LayerSpecification[] {
     {
       id: "fence", type: "line", source: "ground", filter: kind("fence"),
       paint: { "line-color": color("ink-2"), "line-width": 2 },
-    },
-    {
-      id: "reach-edge", type: "line", source: "drones", filter: kind("reach"),
-      paint: { "line-color": color("reach"), "line-width": chosen(2.4, 1.4), "line-dasharray": [4, 3] },
     },
     {
       id: "trails", type: "line", source: "ways", filter: kind("trail"),
@@ -80,5 +81,5 @@ export function layers(): LayerSpecification[] {
 
 export function mapStyle(): StyleSpecification {
   const sources = Object.fromEntries(SOURCES.map((name) => [name, { type: "geojson" as const, data: EMPTY }]));
-  return { version: 8, sources, layers: layers() };
+  return { version: 8, sources, layers: layers(0) };
 }

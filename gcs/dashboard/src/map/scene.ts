@@ -5,7 +5,7 @@ import type { Feature, FeatureCollection, Geometry } from "geojson";
 import { aoiStep } from "../core/aoi";
 import { vehicleAlerts, worst } from "../core/alerts";
 import { positionStale, vehicleStale } from "../core/freshness";
-import { areaRingM, circleM, closed, frameOf, toLngLat, type Frame } from "../core/geo";
+import { areaRingM, closed, frameOf, toLngLat, type Frame } from "../core/geo";
 import type { Trails } from "../core/trails";
 import type { CampaignStatic, Pair, PlanView, UserView, VehicleView } from "../core/types";
 
@@ -43,10 +43,20 @@ export function groundScene(campaign: CampaignStatic): Scene {
   ]);
 }
 
+interface Place {
+  east_m: number;
+  north_m: number;
+}
+
+/** Those whose place is known. */
+function placed<T extends { [K in keyof Place]: number | null }>(things: readonly T[]): (T & Place)[] {
+  return things.filter((one): one is T & Place => one.east_m !== null && one.north_m !== null);
+}
+
 /** One point a user; oldest last, so that they lie on top. */
 export function userScene(campaign: CampaignStatic, users: readonly UserView[]): Scene {
   const frame = frameOf(campaign);
-  const byAge = [...users].sort((a, b) => a.aoi_slots - b.aoi_slots);
+  const byAge = placed(users).sort((a, b) => a.aoi_slots - b.aoi_slots);
   return collection(
     byAge.map((user) =>
       feature(
@@ -66,13 +76,7 @@ export function droneLook(vehicle: VehicleView, live: boolean): DroneLook {
   return severity === null || severity === "info" ? "normal" : severity;
 }
 
-const placed = (vehicles: readonly VehicleView[]): (VehicleView & { east_m: number; north_m: number })[] =>
-  vehicles.filter(
-    (vehicle): vehicle is VehicleView & { east_m: number; north_m: number } =>
-      vehicle.east_m !== null && vehicle.north_m !== null,
-  );
-
-/** Drones where they were last seen, with their reach while they serve. */
+/** Drones where they were last seen; `serves` while off the ground. */
 export function droneScene(
   campaign: CampaignStatic,
   vehicles: readonly VehicleView[],
@@ -81,21 +85,13 @@ export function droneScene(
 ): Scene {
   const frame = frameOf(campaign);
   return collection(
-    placed(vehicles).flatMap((vehicle) => {
+    placed(vehicles).map((vehicle) => {
       const here: Pair = [vehicle.east_m, vehicle.north_m];
       const chosen = vehicle.system_id === selected;
       const look = droneLook(vehicle, live);
-      const marks = [
-        feature(
-          { type: "Point", coordinates: toLngLat(frame, here) },
-          { kind: "drone", id: vehicle.system_id, heading: vehicle.heading_deg, look, chosen },
-        ),
-      ];
-      if (vehicle.landed !== "on_ground") {
-        const ring = circleM(here, campaign.serving_radius_m).map((corner) => toLngLat(frame, corner));
-        marks.push(feature({ type: "Polygon", coordinates: [ring] }, { kind: "reach", chosen, stale: look === "stale" }));
-      }
-      return marks;
+      const serves = vehicle.landed !== "on_ground";
+      const marks = { kind: "drone", id: vehicle.system_id, heading: vehicle.heading_deg, look, chosen, serves };
+      return feature({ type: "Point", coordinates: toLngLat(frame, here) }, marks);
     }),
   );
 }
