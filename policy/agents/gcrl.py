@@ -15,7 +15,7 @@ import numpy as np
 from policy.agents.base import Decision
 from policy.model.checkpoint import load_evaluator
 from policy.model.evaluator import Evaluator
-from policy.model.states import StateBatch, Units, stack_states
+from policy.model.states import STEPS, StateBatch, Units, push_step, stack_states
 from policy.search.explain import explain
 from policy.search.moves import Moves, make_moves
 from policy.search.plan import Plan
@@ -70,6 +70,7 @@ class GcrlAgent:
         self._moves: Moves
         self._plan: Plan | None = None
         self._before: WorldState | None = None
+        self._steps_m: FloatArray  # [M, K, 2] as of ``_before``
 
     @classmethod
     def load(cls, checkpoint: Path | str | None = None, settings: GcrlSettings | None = None) -> "GcrlAgent":
@@ -88,7 +89,8 @@ class GcrlAgent:
         """Predict, search, fly the plan's first slot; see :meth:`_explain` for what is told beside it."""
         if self._scenario is None:
             raise RuntimeError("decide() before reset(): the agent does not know its campaign")
-        now = stack_states([state], self._user_step_m(state)[None])
+        self._steps_m = self._user_steps_m(state)
+        now = stack_states([state], self._steps_m[None])
         predicted_m = self._predict(now) if self._settings.use_prediction else None
         problem = make_problem(self._scenario, self._moves, state, self._settings.search, predicted_m)
         leaf = _LeafValue(self._evaluator, self._units) if self._settings.use_value else None
@@ -106,18 +108,20 @@ class GcrlAgent:
         for _ in range(min(self._settings.predicted_slots, horizon)):
             next_m = self._evaluator.predict_users(state, self._units)
             step_m = np.where(state.user_active[..., None], next_m - state.user_pos_enu_m, 0.0)
-            state = replace(state, user_pos_enu_m=state.user_pos_enu_m + step_m, user_step_m=step_m)
+            steps_m = push_step(state.user_steps_m, step_m)
+            state = replace(state, user_pos_enu_m=state.user_pos_enu_m + step_m, user_steps_m=steps_m)
             places.append(state.user_pos_enu_m[0])
         places += [state.user_pos_enu_m[0]] * (horizon - len(places))
         return np.stack(places)
 
-    def _user_step_m(self, state: WorldState) -> FloatArray:
-        """Way of each user in the last slot [M, 2]; zero at the start and after a gap in what was seen."""
+    def _user_steps_m(self, state: WorldState) -> FloatArray:
+        """Ways of each user in the last slots [M, K, 2]; zero at the start and after a gap in what was seen."""
         before = self._before
         if before is None or before.slot != state.slot - 1 or before.user_pos_enu_m.shape != state.user_pos_enu_m.shape:
-            return np.zeros_like(state.user_pos_enu_m)
+            return np.zeros((state.user_pos_enu_m.shape[0], STEPS, 2))
         known = before.user_active & state.user_active
-        return np.where(known[:, None], state.user_pos_enu_m - before.user_pos_enu_m, 0.0)
+        step_m = np.where(known[:, None], state.user_pos_enu_m - before.user_pos_enu_m, 0.0)
+        return push_step(self._steps_m, step_m)
 
     def _kept(self, slot: int) -> IntArray | None:
         if self._plan is None or not 0 < slot - self._plan.slot < self._plan.actions.shape[1]:
@@ -149,14 +153,16 @@ class _LeafValue:
 
     def __call__(self, states: WorldState) -> FloatArray:
         """States [B] at the end of the horizon -> discounted sum of mean AoI after them [B]."""
-        step_m = np.zeros_like(states.user_pos_enu_m)  # beyond the predicted slots users are taken to stay
+        steps_m = np.zeros(
+            (*states.user_aoi_slots.shape, STEPS, 2)
+        )  # beyond the predicted slots users are taken to stay
         batch = StateBatch(
             uav_pos_enu_m=states.uav_pos_enu_m,
             uav_vel_enu_mps=states.uav_vel_enu_mps,
             uav_energy_j=states.uav_energy_j,
             uav_active=states.uav_active,
             user_pos_enu_m=states.user_pos_enu_m,
-            user_step_m=step_m,
+            user_steps_m=steps_m,
             user_data_mb=states.user_data_mb,
             user_aoi_slots=states.user_aoi_slots,
             user_active=states.user_active,

@@ -6,7 +6,7 @@ import numpy as np
 
 from policy.model.features import AOI_SCALE_SLOTS, Features, Float32Array, action_features, make_features
 from policy.model.spec import ModelSpec
-from policy.model.states import StateBatch, Units
+from policy.model.states import StateBatch, Units, push_step
 from policy.world.arrays import FloatArray
 
 
@@ -97,7 +97,7 @@ def decode_next(states: StateBatch, raw: RawOutputs, vel_command_mps: FloatArray
         uav_energy_j=np.where(flying, energy_j, states.uav_energy_j),
         uav_active=flying,
         user_pos_enu_m=states.user_pos_enu_m + step_m,
-        user_step_m=step_m,
+        user_steps_m=push_step(states.user_steps_m, step_m),
         user_data_mb=np.where(present, data_mb, states.user_data_mb),
         user_aoi_slots=np.where(present, aoi_slots, states.user_aoi_slots),
         user_active=present,

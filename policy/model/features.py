@@ -11,25 +11,32 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from policy.model.states import StateBatch, Units
+from policy.model.states import STEPS, StateBatch, Units
 from policy.world.arrays import FloatArray
 from policy.world.geometry import pairwise_distance_m
 
 Float32Array: TypeAlias = npt.NDArray[np.float32]
 
 UAV_FEATURES = 8
-USER_FEATURES = 13
+USER_FEATURES = 11 + 2 * STEPS
+USER_STEP_COLUMN, USER_AOI_COLUMN, USER_LOG_AOI_COLUMN, USER_LOG_DATA_COLUMN = (
+    2,
+    3 + 2 * STEPS,
+    2 + 2 * STEPS,
+    4 + 2 * STEPS,
+)
 UAV_ACTION_FEATURES = 2
 FEATURE_VERSION = 1
 
 AOI_SCALE_SLOTS = 30.0
+LEAST_SLOT_MB = 1e-6  # a user who collects nothing has nothing
 MAX_WALKS = 15.0  # of a step: faster than any vehicle on a campus, a position error
 FAR = 20.0  # in slots' ways: the distance given when no UAV flies
 
 
 @dataclass(frozen=True)
 class Features:
-    """Inputs of the network: ``uav`` [B, U, 8], ``user`` [B, M, 13], masks 1 (takes part) or 0, float32."""
+    """Inputs of the network: ``uav`` [B, U, 8], ``user`` [B, M, 19], masks 1 (takes part) or 0, float32."""
 
     uav: Float32Array
     user: Float32Array
@@ -77,12 +84,15 @@ def _uav_features(states: StateBatch, units: Units, middle_m: FloatArray) -> Flo
 def _user_features(states: StateBatch, units: Units, middle_m: FloatArray) -> Float32Array:
     to_nearest, nearest, second = _ways_to_uavs(states, units)
     radius = units.serving_radius_m / units.reach_m
+    steps = states.user_steps_m.reshape(*states.user_steps_m.shape[:2], 2 * STEPS)
     columns = (
         (states.user_pos_enu_m - middle_m) / units.reach_m,
-        np.clip(states.user_step_m / units.walk_m, -MAX_WALKS, MAX_WALKS),
+        np.clip(steps / units.walk_m, -MAX_WALKS, MAX_WALKS),
         (np.log(np.maximum(states.user_aoi_slots, 1.0)) / np.log(AOI_SCALE_SLOTS))[..., None],
         (states.user_aoi_slots / AOI_SCALE_SLOTS)[..., None],
-        (np.log1p(states.user_data_mb / units.slot_data_mb) / np.log(AOI_SCALE_SLOTS))[..., None],
+        (np.log1p(states.user_data_mb / np.maximum(units.slot_data_mb, LEAST_SLOT_MB)) / np.log(AOI_SCALE_SLOTS))[
+            ..., None
+        ],
         to_nearest,
         nearest[..., None],
         np.maximum(nearest - radius, 0.0)[..., None],

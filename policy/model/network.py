@@ -5,7 +5,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-from policy.model.features import UAV_ACTION_FEATURES
+from policy.model.features import AOI_SCALE_SLOTS, UAV_ACTION_FEATURES, USER_AOI_COLUMN
 from policy.model.rgcn import Rgcn, mlp
 from policy.model.spec import ModelSpec
 
@@ -36,7 +36,7 @@ class GcrlNetwork(nn.Module):
         self.apply(_xavier)
 
     def forward(self, uav: Tensor, user: Tensor, uav_mask: Tensor, user_mask: Tensor, action: Tensor) -> Outputs:
-        """Features [B, U, 8], [B, M, 13], masks [B, U], [B, M], actions [B, U, 2] -> heads."""
+        """Features [B, U, 8], [B, M, 19], masks [B, U], [B, M], actions [B, U, 2] -> heads."""
         eta_uav, eta_user, relations = self.rgcn(uav, user, uav_mask, user_mask)
         uavs = uav.shape[1]
         return Outputs(
@@ -58,12 +58,10 @@ class GcrlNetwork(nn.Module):
         spread = middle[:, None, :] + torch.zeros_like(eta_user[..., :1])
         waits, adds = torch.unbind(self.value(torch.cat((eta_user, spread), dim=-1)), dim=-1)
         share = torch.sigmoid(waits)
-        aoi_slots = user[..., AOI_COLUMN] * AOI_SCALE
+        aoi_slots = user[..., USER_AOI_COLUMN] * AOI_SCALE_SLOTS
         return 1.0 + share * (aoi_slots - 1.0) + torch.nn.functional.softplus(adds) * ADDS_SCALE
 
 
-AOI_COLUMN = 5
-AOI_SCALE = 30.0
 ADDS_SCALE = 4.0  # slots; brings the head's outputs near one
 
 

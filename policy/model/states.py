@@ -9,6 +9,8 @@ from policy.world.arrays import BoolArray, FloatArray
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState
 
+STEPS = 4
+"""K: one minute of slots of 15 s."""
 WALK_MPS = 1.3
 """Usual walking speed (Bohannon and Andrews, Physiotherapy 97(3), 2011: 1.2 to 1.4 m/s for adults)."""
 
@@ -41,14 +43,17 @@ class Units:
 
 @dataclass(frozen=True)
 class StateBatch:
-    """B states of one campaign; ``user_step_m`` is the way from the sample before to this one."""
+    """B states of one campaign. ``user_steps_m`` are the ways of the last K slots, the newest first.
+
+    Phones that report every other slot seem to stand and jump in turn; several steps show who walks.
+    """
 
     uav_pos_enu_m: FloatArray  # [B, U, 2]
     uav_vel_enu_mps: FloatArray  # [B, U, 2]
     uav_energy_j: FloatArray  # [B, U]
     uav_active: BoolArray  # [B, U]
     user_pos_enu_m: FloatArray  # [B, M, 2]
-    user_step_m: FloatArray  # [B, M, 2]
+    user_steps_m: FloatArray  # [B, M, K, 2], zero where not known
     user_data_mb: FloatArray  # [B, M]
     user_aoi_slots: FloatArray  # [B, M]
     user_active: BoolArray  # [B, M]
@@ -59,16 +64,31 @@ class StateBatch:
         return int(self.uav_pos_enu_m.shape[0])
 
 
-def stack_states(states: Sequence[WorldState], user_step_m: FloatArray) -> StateBatch:
-    """Unbatched states with their users' last steps [B, M, 2] -> a batch."""
+def stack_states(states: Sequence[WorldState], user_steps_m: FloatArray) -> StateBatch:
+    """Unbatched states with their users' last steps [B, M, K, 2] -> a batch."""
     return StateBatch(
         uav_pos_enu_m=np.stack([s.uav_pos_enu_m for s in states]),
         uav_vel_enu_mps=np.stack([s.uav_vel_enu_mps for s in states]),
         uav_energy_j=np.stack([s.uav_energy_j for s in states]),
         uav_active=np.stack([s.uav_active for s in states]),
         user_pos_enu_m=np.stack([s.user_pos_enu_m for s in states]),
-        user_step_m=np.asarray(user_step_m, dtype=np.float64),
+        user_steps_m=np.asarray(user_steps_m, dtype=np.float64),
         user_data_mb=np.stack([s.user_data_mb for s in states]),
         user_aoi_slots=np.stack([s.user_aoi_slots for s in states]),
         user_active=np.stack([s.user_active for s in states]),
     )
+
+
+def last_steps_m(pos_enu_m: FloatArray) -> FloatArray:
+    """Places [T+1, M, 2] -> the last K steps before each sample [T+1, M, K, 2], newest first, zero before the first."""
+    step_m = np.diff(pos_enu_m, axis=0, prepend=pos_enu_m[:1])
+    return np.stack([_later(step_m, slots) for slots in range(STEPS)], axis=2)
+
+
+def push_step(user_steps_m: FloatArray, step_m: FloatArray) -> FloatArray:
+    """[..., M, K, 2] with ``step_m`` [..., M, 2] as the newest; the oldest is forgotten."""
+    return np.concatenate((step_m[..., None, :], user_steps_m[..., :-1, :]), axis=-2)
+
+
+def _later(step_m: FloatArray, slots: int) -> FloatArray:
+    return np.concatenate((np.zeros_like(step_m[:slots]), step_m[: step_m.shape[0] - slots]), axis=0)

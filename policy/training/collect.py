@@ -7,7 +7,7 @@ import numpy as np
 from policy.agents.base import Agent, Decision
 from policy.evaluation.rollout import CampaignRecord, fly
 from policy.model.features import action_features, make_features
-from policy.model.states import Units, stack_states
+from policy.model.states import Units, last_steps_m, stack_states
 from policy.training.replay import Episode
 from policy.world.actions import paper_actions
 from policy.world.airspace import legal_moves
@@ -74,7 +74,7 @@ def make_episode(record: CampaignRecord) -> Episode:
     """What the network sees of a campaign flown."""
     units = Units.of(record.scenario)
     place_m = np.stack([state.user_pos_enu_m for state in record.states])
-    states = stack_states(record.states, np.diff(place_m, axis=0, prepend=place_m[:1]))
+    states = stack_states(record.states, last_steps_m(place_m))
     features = make_features(states, units)
     command_mps = velocity_enu_mps(np.stack(record.heading_rad), np.stack(record.speed_mps))
     way = np.diff(states.uav_pos_enu_m, axis=0) / units.reach_m

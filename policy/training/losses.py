@@ -10,6 +10,8 @@ from policy.model.network import Outputs
 
 STANDING_WALKS = 0.25
 """In walks of a slot: errors up to 5 m count as squares."""
+STATE_WEIGHT = 4.0
+"""Leaves are told apart by their states' values; users' shares only help to find them."""
 
 
 class Losses(NamedTuple):
@@ -46,7 +48,7 @@ def value_loss(user_cost: Tensor, target: Tensor, user_mask: Tensor) -> Tensor:
     scale = torch.clamp(scale, min=1.0)
     error = (user_cost - target) * user_mask / scale[:, None]
     state_error = torch.sum(error, dim=1) / count
-    return torch.mean(state_error**2) + torch.mean(torch.sum(error**2, dim=1) / count)
+    return STATE_WEIGHT * torch.mean(state_error**2) + torch.mean(torch.sum(error**2, dim=1) / count)
 
 
 def _masked_mean(error: Tensor, mask: Tensor) -> Tensor:

@@ -6,7 +6,13 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from policy.model.features import Features, Float32Array
+from policy.model.features import (
+    USER_LOG_AOI_COLUMN,
+    USER_LOG_DATA_COLUMN,
+    USER_STEP_COLUMN,
+    Features,
+    Float32Array,
+)
 
 
 @dataclass(frozen=True)
@@ -40,7 +46,7 @@ class Batch:
     cost_slots: Float32Array  # [B, M] (1 - gamma) sum_{k=1..n} gamma^(k-1) kappa_{t+k}
 
 
-USER_NEXT_COLUMNS = (2, 3, 4, 6)
+USER_NEXT_COLUMNS = (USER_STEP_COLUMN, USER_STEP_COLUMN + 1, USER_LOG_AOI_COLUMN, USER_LOG_DATA_COLUMN)
 """Of the next state's user features: way east and north, log AoI, log data (f_2 of Eq. 12)."""
 
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests_model_states import random_states, small_units
 
-from policy.model.features import FAR, UAV_FEATURES, USER_FEATURES, action_features, make_features
+from policy.model.features import FAR, MAX_WALKS, UAV_FEATURES, USER_FEATURES, action_features, make_features
 from policy.model.states import StateBatch, Units
 
 SHIFT_M = st.floats(-5e4, 5e4)
@@ -26,7 +26,7 @@ def test_hand_calculation(units: Units) -> None:
         uav_energy_j=np.array([[units.battery_j / 4]]),
         uav_active=np.array([[True]]),
         user_pos_enu_m=np.zeros((1, 1, 2)),
-        user_step_m=np.array([[[0.0, 19.5]]]),
+        user_steps_m=np.array([[[[0.0, 19.5], [39.0, 0.0], [0.0, 0.0], [-1e4, 0.0]]]]),
         user_data_mb=np.array([[29 * 0.3]]),
         user_aoi_slots=np.array([[30.0]]),
         user_active=np.array([[True]]),
@@ -36,7 +36,7 @@ def test_hand_calculation(units: Units) -> None:
     np.testing.assert_allclose(features.uav[0, 0], [1, 0, 0, 0.5, 0.25, radius, np.log(2), 36 / 4.5 / 15], rtol=1e-5)
     np.testing.assert_allclose(
         features.user[0, 0],
-        [0, 0, 0, 1, 1, 1, 1, 1, 0, 1, 1 - radius, FAR - radius, radius],
+        [0, 0, 0, 1, 2, 0, 0, 0, -MAX_WALKS, 0, 1, 1, 1, 1, 0, 1, 1 - radius, FAR - radius, radius],
         rtol=1e-5,
     )
 
@@ -55,8 +55,8 @@ def test_the_place_on_the_map_does_not_matter(east_m: float, north_m: float) -> 
 def test_a_uav_that_does_not_fly_reaches_nobody(states: StateBatch, units: Units) -> None:
     grounded = replace(states, uav_active=np.zeros_like(states.uav_active))
     features = make_features(grounded, units)
-    assert np.all(features.user[..., 9] == FAR)
-    assert np.all(features.user[..., 7:9] == 0.0)
+    assert np.all(features.user[..., 15] == FAR)
+    assert np.all(features.user[..., 13:15] == 0.0)
     assert np.all(np.isfinite(features.user))
 
 

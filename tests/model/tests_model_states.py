@@ -3,7 +3,7 @@
 import numpy as np
 
 from policy.model.features import Features, make_features
-from policy.model.states import StateBatch, Units
+from policy.model.states import STEPS, StateBatch, Units
 from policy.world.scenario import Area, Scenario
 
 
@@ -22,7 +22,7 @@ def random_states(rng: np.random.Generator, batch: int, uavs: int, users: int) -
         uav_energy_j=rng.uniform(1e5, 3e5, (batch, uavs)),
         uav_active=uav_active,
         user_pos_enu_m=rng.uniform(0.0, 1200.0, (batch, users, 2)),
-        user_step_m=rng.normal(0.0, 20.0, (batch, users, 2)),
+        user_steps_m=rng.normal(0.0, 20.0, (batch, users, STEPS, 2)),
         user_data_mb=rng.uniform(0.0, 3.0, (batch, users)),
         user_aoi_slots=rng.integers(1, 40, (batch, users)).astype(np.float64),
         user_active=user_active,

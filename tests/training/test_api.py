@@ -48,6 +48,7 @@ def test_an_interrupted_run_goes_on_to_the_same_weights(tmp_path: Path) -> None:
     assert not [path for path in whole.iterdir() if path.name.startswith(".")]
 
 
+@pytest.mark.filterwarnings("ignore:invalid value encountered")
 def test_numbers_that_are_none_end_the_run_and_keep_the_last_good_checkpoint(tmp_path: Path) -> None:
     with pytest.raises(TrainingError, match="last good checkpoint") as refusal:
         train(small_scenario(), Poisoned(good=2), replace(SMALL_RUN, warmup_episodes=4), tmp_path)

@@ -1,7 +1,8 @@
 import numpy as np
-from policy.agents.uniform import UniformAgent
 from tests_training_small import SMALL_PLACE
 
+from policy.agents.uniform import UniformAgent
+from policy.model.features import USER_FEATURES
 from policy.training.collect import Exploring, fly_episode, random_action
 from policy.world.airspace import legal_moves
 from policy.world.state import initial_state
@@ -12,12 +13,13 @@ def test_an_episode_holds_what_was_flown() -> None:
     scenario, pos_enu_m = SMALL_PLACE(rng)
     episode, score = fly_episode(scenario, pos_enu_m, UniformAgent(), 0.0, rng)
     assert episode.slots == scenario.slots
-    assert episode.user.shape == (scenario.slots + 1, scenario.num_users, 13)
+    assert episode.user.shape == (scenario.slots + 1, scenario.num_users, USER_FEATURES)
     assert score == np.mean(episode.aoi_slots[1:], dtype=np.float64)
     ideal = episode.action * episode.uav_mask[:-1, :, None]  # the paper's motion: v tau, in units of reach
     np.testing.assert_allclose(episode.uav_next[..., :2], ideal, atol=1e-5)
     walked_m = np.diff(pos_enu_m, axis=0)
     np.testing.assert_allclose(episode.user[1:, :, 2:4] * 1.3 * scenario.slot_s, walked_m, atol=1e-3)
+    np.testing.assert_array_equal(episode.user[2:, :, 4:6], episode.user[1:-1, :, 2:4])  # the step before
 
 
 def test_exploration_is_legal() -> None:

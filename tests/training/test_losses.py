@@ -1,13 +1,13 @@
 import torch
 
 from policy.model.network import Outputs
-from policy.training.losses import STANDING_WALKS, prediction_loss, value_loss
+from policy.training.losses import STANDING_WALKS, STATE_WEIGHT, prediction_loss, value_loss
 
 
 def test_value_loss_by_hand() -> None:
     """Two users cost 2 and 4 (mean 3), told 5 and 4: errors 1 and 0 of 3; the state's mean is off by 0.5."""
     told, target = torch.tensor([[5.0, 4.0]]), torch.tensor([[2.0, 4.0]])
-    expected = (0.5) ** 2 + (1.0**2 + 0.0) / 2
+    expected = STATE_WEIGHT * 0.5**2 + (1.0**2 + 0.0) / 2
     torch.testing.assert_close(value_loss(told, target, torch.ones(1, 2)), torch.tensor(expected))
 
 

@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests_training_small import made_episode
 
+from policy.model.features import USER_FEATURES
 from policy.training.replay import Replay, discounted, make_batch
 
 
@@ -22,11 +23,11 @@ def test_constant_ages_and_what_follows_them_weigh_one(gamma: float, aoi: float,
 def test_a_batch_pads_the_smaller_campaign_with_the_absent() -> None:
     episodes = [made_episode(4, 1, 2), made_episode(4, 2, 3)]
     batch = make_batch(episodes, [0, 1], n_step=2, gamma=0.5)
-    assert batch.now.user.shape == (2, 3, 13)
+    assert batch.now.user.shape == (2, 3, USER_FEATURES)
     np.testing.assert_array_equal(batch.now.user_mask, [[1, 1, 0], [1, 1, 1]])
     np.testing.assert_array_equal(batch.now.uav_mask, [[1, 0], [1, 1]])
     np.testing.assert_array_equal(batch.now.uav[1], episodes[1].uav[1])
-    np.testing.assert_array_equal(batch.user_next[1], episodes[1].user[2][:, [2, 3, 4, 6]])
+    np.testing.assert_array_equal(batch.user_next[1], episodes[1].user[2][:, [2, 3, 10, 12]])
     np.testing.assert_array_equal(batch.ahead.user[1], episodes[1].user[3])
     np.testing.assert_allclose(batch.cost_slots[1], 0.5 * (np.array([20, 21, 22]) + 0.5 * np.array([30, 31, 32])))
 

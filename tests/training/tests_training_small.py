@@ -1,9 +1,11 @@
 """Campaigns and runs small enough for tests."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
+from policy.model.features import USER_FEATURES
 from policy.model.spec import ModelSpec
 from policy.training.replay import Episode
 from policy.training.samplers import AnyPlace
@@ -43,7 +45,7 @@ def made_episode(slots: int, uavs: int, users: int, seed: int = 0) -> Episode:
     aoi = (10.0 * np.arange(slots + 1)[:, None] + np.arange(users)).astype(np.float32)
     return Episode(
         uav=drawn(slots + 1, uavs, 8),
-        user=drawn(slots + 1, users, 13),
+        user=drawn(slots + 1, users, USER_FEATURES),
         uav_mask=np.ones((slots + 1, uavs), dtype=np.float32),
         user_mask=np.ones((slots + 1, users), dtype=np.float32),
         aoi_slots=aoi,
@@ -53,7 +55,7 @@ def made_episode(slots: int, uavs: int, users: int, seed: int = 0) -> Episode:
 
 
 class Poisoned:
-    """Draws good campaigns, then users whose places are not numbers."""
+    """Draws good campaigns, then batteries of which any share is not a number."""
 
     def __init__(self, good: int) -> None:
         self.left = good
@@ -61,4 +63,4 @@ class Poisoned:
     def __call__(self, rng: np.random.Generator) -> tuple[Scenario, FloatArray]:
         scenario, pos_enu_m = SMALL_PLACE(rng)
         self.left -= 1
-        return scenario, pos_enu_m if self.left >= 0 else np.full_like(pos_enu_m, np.nan)
+        return (scenario if self.left >= 0 else replace(scenario, battery_j=math.inf)), pos_enu_m
