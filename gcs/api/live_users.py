@@ -106,7 +106,7 @@ class Roster:
     users: LiveUsers
     num_users: int
 
-    def positions(self, sample: int) -> FloatArray:  # noqa: ARG002 a live user is only where he is now
+    def positions(self, sample: int) -> FloatArray:
         """[M, 2] east, north metres, the newest known."""
         return self.users.places()[: self.num_users]
 

@@ -77,7 +77,7 @@ class GcrlAgent:
         """With a trained folder or file; CheckpointError if it cannot be used. None: the shipped default."""
         return cls(settings, load_evaluator(checkpoint))
 
-    def reset(self, scenario: Scenario, seed: int) -> None:  # noqa: ARG002 - it has no randomness
+    def reset(self, scenario: Scenario, seed: int) -> None:
         """Tabulate the moves, and compile the search now rather than in the first slot."""
         self._scenario, self._units = scenario, Units.of(scenario)
         self._moves = make_moves(scenario, self._settings.search)

@@ -27,7 +27,7 @@ class RecedingHorizonAgent:
         self._moves: Moves
         self._plan: Plan | None = None
 
-    def reset(self, scenario: Scenario, seed: int) -> None:  # noqa: ARG002 - it has no randomness
+    def reset(self, scenario: Scenario, seed: int) -> None:
         """Tabulate the moves, and compile the search now rather than in the first slot."""
         self._scenario, self._plan = scenario, None
         self._settings = self._given or SearchSettings()

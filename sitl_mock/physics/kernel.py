@@ -165,7 +165,7 @@ def _power_w(row: Array, wind: Array, table_w: Array, table_step_mps: float) -> 
 
 
 @njit(cache=True)
-def advance(  # noqa: PLR0917 - numba takes arrays, not objects
+def advance(
     state: Array,
     command: Array,
     kinds: Array,
