@@ -8,6 +8,8 @@ from gcs.cli.errors import OneLineParser
 
 COMMANDS = {
     "fly": ("gcs.cli.fly", "add_fly_parser"),
+    "serve": ("gcs.cli.serve", "add_serve_parser"),
+    "keys": ("gcs.cli.keys", "add_keys_parser"),
 }
 """Subcommand -> module and the function that adds its parser. A module is imported only for its own command."""
 

@@ -84,10 +84,10 @@ def test_a_client_that_says_too_much_is_closed_and_the_others_go_on(local: Serve
 
 def test_a_client_that_reads_nothing_holds_up_nobody(local: Server) -> None:
     """Its socket is full after a while; the others and REST are served as before."""
-    with connect(local.stream_url + "?rate_hz=20", proxy=None, max_queue=1) as stuck:
+    with connect(local.stream_url + "?rate_hz=20", proxy=None, max_queue=1, close_timeout=0.2) as stuck:
         for index in range(1500):
             local.store.tail.append(Event(float(index), "vehicle.text", "x" * 4000))
-        with connect(local.stream_url + "?rate_hz=20", proxy=None) as reading:
+        with connect(local.stream_url + "?rate_hz=20", proxy=None, close_timeout=0.2) as reading:
             assert receive(reading, "snapshot")
             assert receive(reading, "event")
         with local.client() as client:
