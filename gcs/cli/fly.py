@@ -2,17 +2,20 @@
 
 import argparse
 import datetime as dt
+import importlib
 import re
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from gcs.bootstrap import Cast, make_loop, make_order
+from gcs.bootstrap import Cast, make_loop, make_order, make_preparer
 from gcs.cli.errors import UsageError, complain
 from gcs.cli.flight_log import FlightLog
 from gcs.cli.flight_results import FlownCampaign, print_table, random_beside, trajectory_rows, write_report
@@ -28,6 +31,9 @@ from policy.evaluation.files import check_destination
 from policy.evaluation.results import write_result
 from policy.evaluation.trajectory import write_trajectory
 from policy.mission_file import Mission, load_mission
+
+if TYPE_CHECKING:
+    from gcs.cli.page_beside import Page
 
 PROGRAM = "gcs fly"
 GROUND_AMSL_M = 186.0  # of the mock's pads; any value flies, heights are above home
@@ -83,29 +89,63 @@ def _fly(args: argparse.Namespace) -> int:
     agent = policy.build() if args.policy_url is None else None
     drones = _drones(args, mission)
     order = make_order(mission, Cast(tuple(drones), policy, agent, args.policy_url, args.seed))
-    console = Console(stderr=True)
+    if args.keep and args.serve is None:
+        raise UsageError("--keep leaves a page up and needs --serve")
     with ExitStack() as stack:
+        page = _page(args, stack)
         fleet = stack.enter_context(_fleet(args, mission, drones))
-        progress = stack.enter_context(_progress(console))
+        progress = stack.enter_context(_progress(Console(stderr=True)))
         log = FlightLog(tell=lambda line: progress.console.print(line, highlight=False, markup=False))
-        loop = make_loop(fleet.clock, fleet.link, log)
+        prepare = None
+        if page is not None:
+            log.also = (page.store.journal,)
+            prepare = make_preparer(tuple(drones), policy_url=args.policy_url)
+        loop = make_loop(fleet.clock, fleet.link, log, prepare)
+        if page is not None:
+            stack.enter_context(page.showing(loop, replace(mission, policy=policy.name), order.campaign_id))
+            key = f"operator key {page.settings.one_time_key}"
+            progress.console.print(f"page: {page.address}  {key}", highlight=False, markup=False, soft_wrap=True)
         begun, begun_s = dt.datetime.now(dt.UTC), time.monotonic()
         last = _run(loop, order, progress)
-    assert last.campaign is not None
-    flown = FlownCampaign(
-        mission=mission,
-        policy=policy,
-        scenario=order.scenario,
-        seed=order.seed,
-        state=last.campaign.state,
-        reason=last.campaign.reason,
-        records=tuple(log.slots),
-        events=tuple(log.events),
-        violations=loop.violations(),
-        wall_s=time.monotonic() - begun_s,
-        begun_utc=begun.isoformat(),
-    )
-    return _conclude(args, flown)
+        assert last.campaign is not None
+        flown = FlownCampaign(
+            mission=mission,
+            policy=policy,
+            scenario=order.scenario,
+            seed=order.seed,
+            state=last.campaign.state,
+            reason=last.campaign.reason,
+            records=tuple(log.slots),
+            events=tuple(log.events),
+            violations=loop.violations(),
+            wall_s=time.monotonic() - begun_s,
+            begun_utc=begun.isoformat(),
+        )
+        progress.stop()
+        code = _conclude(args, flown)
+        if page is not None and args.keep:
+            _keep(loop, args, page.address)
+    return code
+
+
+def _page(args: argparse.Namespace, stack: ExitStack) -> "Page | None":
+    """The server's modules are loaded only for a flight that shows itself."""
+    if args.serve is None:
+        return None
+    module = importlib.import_module("gcs.cli.page_beside")
+    page: Page = stack.enter_context(module.open_page(args.serve))
+    return page
+
+
+def _keep(loop: FlightLoop, args: argparse.Namespace, address: str) -> None:
+    """The page and its drones stay until Ctrl-C; further campaigns may be started there."""
+    print(f"the page stays up at {address}; Ctrl-C ends it", flush=True)
+    try:
+        if args.speedup is None:
+            threading.Event().wait()  # as fast as possible would keep a core busy for nothing
+        loop.run()
+    except KeyboardInterrupt:
+        return
 
 
 def _run(loop: FlightLoop, order: CampaignOrder, progress: Progress) -> FlightSnapshot:
