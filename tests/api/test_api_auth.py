@@ -2,7 +2,7 @@
 
 import httpx
 import pytest
-from conftest import SMALL, Server
+from api_server import SMALL, Server
 
 from gcs.api.app import create_app
 from gcs.api.auth import needed_role

@@ -2,7 +2,7 @@
 
 import httpx
 import pytest
-from conftest import SMALL, Server
+from api_server import SMALL, Server
 
 from gcs.ports import CampaignState, Event, RequestKind
 from gcs.store.keys import Role

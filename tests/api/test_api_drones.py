@@ -2,7 +2,7 @@
 
 import httpx
 import pytest
-from conftest import Server
+from api_server import Server
 
 from gcs.ports import CommandKind
 

@@ -5,7 +5,7 @@ from typing import Any
 from urllib.parse import quote
 
 import httpx
-from conftest import LIVE, SMALL, Server
+from api_server import LIVE, SMALL, Server
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 

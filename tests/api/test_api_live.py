@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 import httpx
 import numpy as np
 import pytest
-from conftest import LIVE, SMALL, Server
+from api_server import LIVE, SMALL, Server
 from hypothesis import given
 from hypothesis import strategies as st
 

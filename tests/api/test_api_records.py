@@ -7,7 +7,7 @@ from pathlib import Path
 
 import httpx
 import pytest
-from conftest import Server
+from api_server import Server
 
 from gcs.api.routes.shelf import checkpoints
 from gcs.ports import Event, Severity

@@ -5,7 +5,7 @@ import socket
 from typing import Any
 
 import pytest
-from conftest import Server
+from api_server import Server
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol

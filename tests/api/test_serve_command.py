@@ -12,7 +12,7 @@ from pathlib import Path
 
 import httpx
 import pytest
-from conftest import SMALL
+from api_server import SMALL
 
 from gcs.__main__ import main
 from gcs.store.reading import EventFilter
