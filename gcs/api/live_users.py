@@ -107,7 +107,7 @@ class Roster:
     num_users: int
 
     def positions(self, sample: int) -> FloatArray:
-        """[M, 2] east, north metres, the newest known."""
+        """[M, 2] east, north metres, the newest known: a live user is only where he is now, whatever the sample."""
         return self.users.places()[: self.num_users]
 
 
