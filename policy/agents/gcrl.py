@@ -48,7 +48,7 @@ class GcrlSettings:
     @classmethod
     def for_training(cls, horizon_slots: int, beam: int) -> "GcrlSettings":
         """Narrow, since training needs many decisions rather than the best; users stay, as f_2 is still learning."""
-        search = SearchSettings(horizon_slots=horizon_slots, beam=beam, rounds=1)
+        search = SearchSettings(horizon_slots=horizon_slots, beam=beam, rounds=1, rebuilds=0)
         return cls(search=search, use_prediction=False)
 
     def without_network(self) -> "GcrlSettings":
