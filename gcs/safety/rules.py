@@ -114,13 +114,18 @@ def separation_hazard_m(
 
     Heights count: a pair whose heights stay apart has no hazard.
     """
-    ahead_s = own.times_s[-1] + envelope.reaction_s + envelope.tick_s
     apart_m = own_alt_m - other_alt_m
-    later_m = apart_m + (own.climb_mps - other.climb_mps[0]) * ahead_s  # [C]
+    later_m = apart_m + _levelled_off_m(own.climb_mps, envelope) - _levelled_off_m(other.climb_mps, envelope)[0]  # [C]
     nearest_m = np.where(apart_m * later_m <= 0.0, 0.0, np.minimum(abs(apart_m), np.abs(later_m)))
     level: BoolArray = nearest_m < envelope.vertical_separation_m
     gap_m = norm(own.path_m - other.path_m)
     return np.where(level[:, None], envelope.separation_m - gap_m, -np.inf)
+
+
+def _levelled_off_m(climb_mps: FloatArray, envelope: Envelope) -> FloatArray:
+    """Height gained until a climb or descent has been stopped: [C] -> [C]."""
+    dead_s = envelope.reaction_s + envelope.tick_s
+    return climb_mps * dead_s + climb_mps * np.abs(climb_mps) / (2.0 * envelope.vertical_accel_mps2)
 
 
 def _approach_mps(room_m: float, envelope: Envelope) -> float:
