@@ -70,20 +70,18 @@ def is_far_from_bounds(track: UavTrack, envelope: Envelope) -> bool:
     return all(_box_distance_m(east_m, north_m, polygon) > keep_m for polygon in envelope.obstacles)
 
 
-def forecast(
-    track: UavTrack, last_enu: Enu, candidates: FloatArray, envelope: Envelope, brake_times_s: FloatArray
-) -> Forecast:
-    """Dead time under the last velocity, one tick under each candidate [C, 3], then full braking."""
+def forecast(track: UavTrack, last_enu: Enu, candidates: FloatArray, envelope: Envelope, dead_s: float) -> Forecast:
+    """``dead_s`` under the last velocity, one tick under each candidate [C, 3], then full braking."""
     place, speed = np.array([track.east_m, track.north_m]), np.array([track.vel_east_mps, track.vel_north_mps])
     last = np.asarray(last_enu[:2])
-    dead_s, tick_s = np.asarray(envelope.reaction_s), np.asarray(envelope.tick_s)
-    place = place + displacement_m(speed, last, envelope.accel_mps2, dead_s)
-    speed = velocity_mps(speed, last, envelope.accel_mps2, dead_s)
+    times_s, tick_s = brake_times_s(envelope), np.asarray(envelope.tick_s)
+    place = place + displacement_m(speed, last, envelope.accel_mps2, np.asarray(dead_s))
+    speed = velocity_mps(speed, last, envelope.accel_mps2, np.asarray(dead_s))
     places = place + displacement_m(speed, candidates[:, :2], envelope.accel_mps2, tick_s)
     speeds = velocity_mps(speed, candidates[:, :2], envelope.accel_mps2, tick_s)
     rest = np.zeros_like(speeds)[:, None, :]
-    way_m = displacement_m(speeds[:, None, :], rest, envelope.brake_mps2, brake_times_s)
-    return Forecast(places[:, None, :] + way_m, candidates[:, 2], brake_times_s)
+    way_m = displacement_m(speeds[:, None, :], rest, envelope.brake_mps2, times_s)
+    return Forecast(places[:, None, :] + way_m, candidates[:, 2], times_s)
 
 
 def brake_times_s(envelope: Envelope) -> FloatArray:
