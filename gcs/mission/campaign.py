@@ -30,7 +30,7 @@ class Campaign:
         self.reason = ""
         self.slots: SlotFlight | None = None
         self.records: list[SlotRecord] = []
-        self.gate_actions: dict[int, str] = {}
+        self.gate_acts: dict[int, tuple[str, float]] = {}  # system id -> newest reason, when
 
     def snapshot(self, now_s: float) -> CampaignSnapshot:
         """As it stands, frozen."""

@@ -4,7 +4,9 @@
 before it acts. A fault of one drone is that drone's; a fault of all is the campaign's, and everybody goes home.
 """
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from gcs.fleet.track import make_track
 from gcs.guidance.tracking import approach
@@ -36,6 +38,8 @@ from gcs.ports import (
     VehicleStatus,
 )
 from gcs.safety.gate import GateAction, SealedSetpoint, Wish
+
+GATE_QUIET_S = 5.0  # the gate has let a drone alone for so long: its next act is a new event
 
 
 class Refused(Exception):  # noqa: N818  # an outcome for the operator, not a defect
@@ -272,7 +276,12 @@ class MissionManager:
             for drone in campaign.drones
             if drone.is_streamed and drone.track is not None
         ]
-        others = [d.track for d in campaign.drones if d.track is not None and not d.is_streamed and d.is_airborne]
+        # A drone that its autopilot takes up or down levels off where it was told to: its climb is no threat.
+        others = [
+            replace(drone.track, vel_up_mps=0.0)
+            for drone in campaign.drones
+            if drone.track is not None and not drone.is_streamed and drone.is_airborne
+        ]
         sealed = campaign.gate.judge(wishes, others)
         for safe in sealed:
             self._note_gate(campaign, safe)
@@ -294,13 +303,15 @@ class MissionManager:
         return Wish(setpoint, track)
 
     def _note_gate(self, campaign: Campaign, safe: SealedSetpoint) -> None:
-        """One event when the gate starts to act on a drone, none while it goes on."""
+        """One event when the gate begins to act on a drone, none while it goes on with short breaks."""
+        if safe.action is GateAction.PASSED or "limit" in safe.reason:
+            return
         system_id = safe.setpoint.system_id
-        acting = "" if safe.action is GateAction.PASSED else safe.reason
-        if acting and campaign.gate_actions.get(system_id) != acting and "limit" not in acting:
+        reason, last_s = campaign.gate_acts.get(system_id, ("", -math.inf))
+        if reason != safe.reason or self._now_s - last_s > GATE_QUIET_S:
             kind = f"gate.{safe.action}"
-            self._event(kind, f"drone {system_id} {safe.action} by the gate: {acting}", system_id=system_id)
-        campaign.gate_actions[system_id] = acting
+            self._event(kind, f"drone {system_id} {safe.action} by the gate: {safe.reason}", system_id=system_id)
+        campaign.gate_acts[system_id] = (safe.reason, self._now_s)
 
     # --- changes --------------------------------------------------------------------------------------------------
 

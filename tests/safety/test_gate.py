@@ -101,10 +101,10 @@ def test_climb_ends_below_the_ceiling() -> None:
     assert ENVELOPE.max_alt_home_m - 2.0 < body.alt_m <= ENVELOPE.max_alt_home_m + 0.2
 
 
-wishes = st.lists(st.tuples(st.floats(-25.0, 25.0), st.floats(-25.0, 25.0), st.integers(5, 80)), min_size=1, max_size=6)
+wishes = st.lists(st.tuples(st.floats(-25.0, 25.0), st.floats(-25.0, 25.0), st.integers(5, 50)), min_size=1, max_size=5)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     plan=wishes,
     place=st.tuples(st.floats(10.0, 590.0), st.floats(10.0, 490.0)),
