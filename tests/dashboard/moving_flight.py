@@ -271,6 +271,7 @@ class MovingFlight:
         assert traces is not None
         self._records = slot_records(fly(scenario, Sight(traces), self._pilot(mission.policy)))
         self._scenario, self._flown_s, self._told_slot = scenario, 0.0, -1
+        self._counted_s = time.monotonic()
         campaign = CampaignSnapshot(
             request.campaign_id,
             mission.name,

@@ -20,13 +20,13 @@ def sign_in(page: Page) -> None:
 
 
 def hold(page: Page, button: Locator) -> None:
-    """Press and keep pressing until the page has taken it: the button is let go when its label is plain again."""
+    """Press and keep pressing until the page has taken it: taken when no button is being held."""
     button.scroll_into_view_if_needed()
     expect(button).to_be_enabled()
     button.hover()
     page.mouse.down()
-    expect(button).to_have_class(re.compile("holding"))
-    expect(button).not_to_have_class(re.compile("holding"))
+    expect(page.locator("button.holding")).to_have_count(1)
+    expect(page.locator("button.holding")).to_have_count(0)
     page.mouse.up()
 
 

@@ -7,14 +7,15 @@ import { Map as MapView, NavigationControl, ScaleControl, setWorkerUrl, type Geo
 import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?worker&url";
 import { useEffect, useRef } from "preact/hooks";
 
-import { frameOf, pixelsAtZoom0, toLngLat } from "../core/geo";
+import { frameOf, toLngLat } from "../core/geo";
 import * as state from "../core/state";
 import { scheme } from "../core/theme";
 import type { CampaignStatic } from "../core/types";
 import { Legend } from "../ui/Legend";
-import { drawIcons, drawNames } from "./icons";
+import { drawLaunch } from "./icons";
 import { layers, mapStyle, type SourceName } from "./layers";
-import { droneScene, EMPTY, groundScene, userScene, wayScene, type Scene } from "./scene";
+import { Overlay, type Moving } from "./overlay";
+import { EMPTY, groundScene, userScene, type Scene } from "./scene";
 
 setWorkerUrl(workerUrl);
 
@@ -70,10 +71,6 @@ function makeMap(container: HTMLElement): MapView {
   map.addControl(new NavigationControl({ showCompass: false }), "top-right");
   map.addControl(new ScaleControl({}), "bottom-left");
   map.getCanvas().setAttribute("aria-label", "Map of the area; the fleet list says the same in words");
-  map.on("click", "drones", (event) => {
-    const id: unknown = event.features?.[0]?.properties["id"];
-    if (typeof id === "number") state.selected.value = id;
-  });
   return map;
 }
 
@@ -88,15 +85,16 @@ function feed(map: MapView): () => void {
   const show = (name: SourceName, scene: () => Scene): void => {
     stops.push(effect(() => void (map.getSource(name) as GeoJSONSource | undefined)?.setData(scene())));
   };
+  const overlay = new Overlay(map);
+  map.on("click", ({ point }) => {
+    state.selected.value = overlay.pick(point.x, point.y) ?? state.selected.value;
+  });
+  stops.push(effect(() => overlay.show(moving())));
   const begin = (): void => {
-    const { area, snapshot, plans, users, trails, selected, live } = state;
-    const vehicles = () => snapshot.value?.vehicles ?? [];
+    const { area, users } = state;
     stops.push(effect(() => repaint(map, scheme.value)));
-    stops.push(effect(() => drawNames(map, vehicles().map((vehicle) => vehicle.system_id))));
     show("ground", () => (area.value === null ? EMPTY : groundScene(area.value)));
     show("users", () => (area.value === null ? EMPTY : userScene(area.value, users.value)));
-    show("ways", () => (area.value === null ? EMPTY : wayScene(area.value, trails.value, plans.value, live.value)));
-    show("drones", () => (area.value === null ? EMPTY : droneScene(area.value, vehicles(), selected.value, live.value)));
     stops.push(fitOnEntry(map), followSelected(map));
   };
   if (map.isStyleLoaded()) begin();
@@ -104,11 +102,18 @@ function feed(map: MapView): () => void {
   return () => stops.forEach((stop) => stop());
 }
 
+const moving = (): Moving => ({
+  campaign: state.area.value,
+  vehicles: state.snapshot.value?.vehicles ?? [],
+  trails: state.trails.value,
+  plans: state.plans.value,
+  selected: state.selected.value,
+  live: state.live.value,
+});
+
 function repaint(map: MapView, _scheme: string): void {
-  drawIcons(map, (state.snapshot.peek()?.vehicles ?? []).map((vehicle) => vehicle.system_id));
-  const area = state.area.value;
-  const reachPx = area === null ? 0 : pixelsAtZoom0(area.serving_radius_m, area.south_west_deg[0]);
-  for (const layer of layers(reachPx)) {
+  drawLaunch(map);
+  for (const layer of layers()) {
     for (const [property, value] of Object.entries(layer.paint ?? {})) {
       map.setPaintProperty(layer.id, property as never, value as never);
     }

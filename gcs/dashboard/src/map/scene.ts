@@ -1,4 +1,4 @@
-/** The map's content as GeoJSON, from what the server says. No map library here. */
+/** What the map shows, from what the server says: still things as GeoJSON, and how a drone is to look. No map library here. */
 
 import type { Feature, FeatureCollection, Geometry } from "geojson";
 
@@ -6,8 +6,7 @@ import { aoiStep } from "../core/aoi";
 import { vehicleAlerts, worst } from "../core/alerts";
 import { positionStale, vehicleStale } from "../core/freshness";
 import { areaRingM, closed, frameOf, toLngLat, type Frame } from "../core/geo";
-import type { Trails } from "../core/trails";
-import type { CampaignStatic, Pair, PlanView, UserView, VehicleView } from "../core/types";
+import type { CampaignStatic, Pair, UserView, VehicleView } from "../core/types";
 
 export type Scene = FeatureCollection;
 
@@ -18,10 +17,6 @@ const feature = (geometry: Geometry, properties: Record<string, unknown> = {}): 
   properties,
 });
 const ringOf = (frame: Frame, ring: readonly Pair[]): Pair[] => closed(ring).map((corner) => toLngLat(frame, corner));
-const lineOf = (frame: Frame, line: readonly Pair[]): Geometry => ({
-  type: "LineString",
-  coordinates: line.map((point) => toLngLat(frame, point)),
-});
 
 export const EMPTY: Scene = collection([]);
 
@@ -49,7 +44,7 @@ interface Place {
 }
 
 /** Those whose place is known. */
-function placed<T extends { [K in keyof Place]: number | null }>(things: readonly T[]): (T & Place)[] {
+export function placed<T extends { [K in keyof Place]: number | null }>(things: readonly T[]): (T & Place)[] {
   return things.filter((one): one is T & Place => one.east_m !== null && one.north_m !== null);
 }
 
@@ -74,36 +69,4 @@ export function droneLook(vehicle: VehicleView, live: boolean): DroneLook {
   if (!live || vehicleStale(vehicle) || positionStale(vehicle)) return "stale";
   const severity = worst(vehicleAlerts(vehicle));
   return severity === null || severity === "info" ? "normal" : severity;
-}
-
-/** Drones where they were last seen; `serves` while off the ground. */
-export function droneScene(
-  campaign: CampaignStatic,
-  vehicles: readonly VehicleView[],
-  selected: number | null,
-  live: boolean,
-): Scene {
-  const frame = frameOf(campaign);
-  return collection(
-    placed(vehicles).map((vehicle) => {
-      const here: Pair = [vehicle.east_m, vehicle.north_m];
-      const chosen = vehicle.system_id === selected;
-      const look = droneLook(vehicle, live);
-      const serves = vehicle.landed !== "on_ground";
-      const marks = { kind: "drone", id: vehicle.system_id, heading: vehicle.heading_deg, look, chosen, serves };
-      return feature({ type: "Point", coordinates: toLngLat(frame, here) }, marks);
-    }),
-  );
-}
-
-/** Trails behind and planned ways ahead. */
-export function wayScene(campaign: CampaignStatic, trails: Trails, plans: readonly PlanView[], live: boolean): Scene {
-  const frame = frameOf(campaign);
-  const behind = [...trails]
-    .filter(([, trail]) => trail.length > 1)
-    .map(([id, trail]) => feature(lineOf(frame, trail), { kind: "trail", id }));
-  const ahead = (live ? plans : [])
-    .filter((plan) => plan.path_m.length > 1)
-    .map((plan) => feature(lineOf(frame, plan.path_m), { kind: "plan", id: plan.system_id }));
-  return collection([...behind, ...ahead]);
 }
