@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sitl_mock.physics import kernel
-from sitl_mock.physics.fleet import TICK_S, Fleet
+from sitl_mock.physics.fleet import CALM, TICK_S, Air, Fleet
 from sitl_mock.physics.vehicle import M600, VehicleType
 
 Array = NDArray[np.float64]
@@ -22,12 +21,12 @@ class BatchFleet:
         kind: VehicleType = M600,
         *,
         alt_m: float = 120.0,
-        wind_ne_mps: Array | None = None,
+        air: Air = CALM,
     ) -> None:
-        """`alt_m` is the height above the pads, `wind_ne_mps` [2]."""
+        """`alt_m` is the height above the pads."""
         self.shape = (campaigns, vehicles)
         self._alt_m = alt_m
-        self._fleet = Fleet([kind] * (campaigns * vehicles), wind_ne_mps)
+        self._fleet = Fleet([kind] * (campaigns * vehicles), air)
         self.reset()
 
     def reset(self, pos_ne_m: Array | None = None, vel_ned_mps: Array | None = None) -> None:
@@ -38,16 +37,16 @@ class BatchFleet:
             pos[..., :2] = pos_ne_m
         vel = np.zeros((*self.shape, 3)) if vel_ned_mps is None else np.broadcast_to(vel_ned_mps, pos.shape)
         self._fleet.place(pos.reshape(-1, 3), np.ascontiguousarray(vel).reshape(-1, 3))
-        self._fleet.command[:, kernel.CMD_MOTORS] = 1.0
+        self._fleet.command[:, 4] = 1.0
 
     @property
     def pos_ned_m(self) -> Array:
-        """[B, U, 3] view."""
+        """[B, U, 3] copy: north, east, down metres from the pads."""
         return self._fleet.pos_ned_m.reshape(*self.shape, 3)
 
     @property
     def vel_ned_mps(self) -> Array:
-        """[B, U, 3] view."""
+        """[B, U, 3] copy."""
         return self._fleet.vel_ned_mps.reshape(*self.shape, 3)
 
     @property
@@ -56,7 +55,7 @@ class BatchFleet:
         return self._fleet.used_j.reshape(self.shape)
 
     def step(self, cmd_vel_ned_mps: Array, ticks: int) -> None:
-        """Flies [B, U, 3] velocities for `ticks` physics steps, e.g. one guidance tick."""
+        """Flies [B, U, 3] velocities for `ticks` ticks of TICK_S; the controls hear them once a step (0.1 s)."""
         self._fleet.command[:, :3] = np.asarray(cmd_vel_ned_mps, dtype=np.float64).reshape(-1, 3)
         self._fleet.advance(ticks)
 

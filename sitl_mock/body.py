@@ -7,7 +7,7 @@ from math import isnan, nan
 from typing import TYPE_CHECKING
 
 from sitl_mock.geodesy import Geodetic, to_geodetic
-from sitl_mock.physics import kernel
+from sitl_mock.physics import layout
 
 if TYPE_CHECKING:
     from sitl_mock.physics.fleet import Fleet
@@ -37,7 +37,7 @@ class Body:
     def __init__(self, fleet: Fleet, index: int, pad: Geodetic) -> None:
         """`pad`: where the vehicle stands at boot."""
         self._fleet, self.index, self.pad = fleet, index, pad
-        self._row = fleet.row(index)
+        self._column = fleet.column(index)
         self._command = fleet.command[index]
         self._drained_j = 0.0
 
@@ -53,19 +53,19 @@ class Body:
     @property
     def pos_ned_m(self) -> Vec3:
         """Position from the pad."""
-        north, east, down = self._row[kernel.POS : kernel.POS + 3].tolist()
+        north, east, down = self._column[layout.POS : layout.POS + 3].tolist()
         return north, east, down
 
     @property
     def vel_ned_mps(self) -> Vec3:
         """Velocity over ground."""
-        north, east, down = self._row[kernel.VEL : kernel.VEL + 3].tolist()
+        north, east, down = self._column[layout.VEL : layout.VEL + 3].tolist()
         return north, east, down
 
     @property
     def down_m(self) -> float:
         """Height below the pad (negative in the air)."""
-        return float(self._row[kernel.POS + 2])
+        return float(self._column[layout.POS + 2])
 
     @property
     def attitude_rad(self) -> Vec3:
@@ -75,12 +75,12 @@ class Body:
     @property
     def yaw_rad(self) -> float:
         """Where the nose points, clockwise from north."""
-        return float(self._row[kernel.YAW])
+        return float(self._column[layout.YAW])
 
     @property
     def on_ground(self) -> bool:
         """Whether the ground carries it."""
-        return self.down_m >= -0.01 and float(self._row[kernel.VEL_WISH + 2]) >= 0.0
+        return self.down_m >= -0.01 and float(self._column[layout.VEL_WISH + 2]) >= 0.0
 
     @property
     def place(self) -> Geodetic:
@@ -92,11 +92,11 @@ class Body:
     def battery(self) -> Battery:
         """Energy by the world's model at nominal voltage; the terminal voltage falls with charge and load."""
         kind = self.kind
-        used_j = float(self._row[kernel.USED_J]) + self._drained_j
+        used_j = float(self._column[layout.USED_J]) + self._drained_j
         remaining = max(0.0, 1.0 - used_j / kind.battery_j)
         cells = max(1, round(kind.battery_v / _CELL_NOMINAL_V))
         rest_v = cells * (_CELL_EMPTY_V + (_CELL_FULL_V - _CELL_EMPTY_V) * remaining)
-        current_a = float(self._row[kernel.POWER_W]) / kind.battery_v
+        current_a = float(self._column[layout.POWER_W]) / kind.battery_v
         return Battery(
             rest_v - cells * _CELL_OHM * current_a,
             current_a,
@@ -113,5 +113,5 @@ class Body:
         """Sets what the physics follows until the next call; `yaw_rad` None keeps the nose where it is."""
         command = self._command
         command[0], command[1], command[2] = vel_ned_mps
-        command[kernel.CMD_YAW] = nan if yaw_rad is None or isnan(yaw_rad) else yaw_rad
-        command[kernel.CMD_MOTORS] = 1.0 if motors else 0.0
+        command[layout.CMD_YAW] = nan if yaw_rad is None or isnan(yaw_rad) else yaw_rad
+        command[layout.CMD_MOTORS] = 1.0 if motors else 0.0

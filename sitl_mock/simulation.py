@@ -12,7 +12,7 @@ from sitl_mock.body import Body
 from sitl_mock.faults import Fault, Script, Victim
 from sitl_mock.geodesy import Geodetic, to_geodetic
 from sitl_mock.link import Link
-from sitl_mock.physics.fleet import TICK_S, Fleet, wind_ne
+from sitl_mock.physics.fleet import TICK_S, Air, Fleet, wind_ne
 from sitl_mock.physics.vehicle import M600, VehicleType
 from sitl_mock.wire import Parser
 
@@ -35,6 +35,7 @@ class Setup:
     spacing_m: float = 4.0  # pads lie this far apart to the east of home
     wind_mps: float = 0.0
     wind_from_deg: float = 0.0
+    gust_w20_mps: float = 0.0  # Dryden's wind at 20 ft
     ready_after_s: float | None = None
     faults: Sequence[Fault] = ()
     seed: int = 0
@@ -54,8 +55,8 @@ class Simulation:
 
     def __init__(self, setup: Setup) -> None:
         """Vehicles stand on their pads, motors off, at time 0."""
-        wind = np.array(wind_ne(setup.wind_mps, setup.wind_from_deg))
-        self._fleet = Fleet([setup.kind] * setup.count, wind)
+        air = Air(wind_ne(setup.wind_mps, setup.wind_from_deg), setup.gust_w20_mps, setup.seed)
+        self._fleet = Fleet([setup.kind] * setup.count, air)
         self._ticks = 0
         self._parsers: dict[tuple[int, int], Parser] = {}
         seeds = np.random.SeedSequence(setup.seed).spawn(2 * setup.count)
@@ -96,11 +97,13 @@ class Simulation:
         """One step of TICK_S; returns what is to be sent at its end."""
         now_s = self.now_s
         self._script.advance(now_s, self._victims)
+        decides = self._fleet.decides
         for index, victim in enumerate(self._victims):
             for peer, data in victim.up.take(now_s):
                 assert peer is not None, "what goes up has a sender"
                 self._deliver(index, peer, data)
-            victim.autopilot.tick(now_s)
+            if decides:
+                victim.autopilot.tick(now_s)
         self._fleet.advance(1)
         self._ticks += 1
         return self.pending()

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 _PARAMS_A_TICK = 4  # a full list takes a second or two, as over a real link
 _HEARTBEAT_HZ = 1.0
-_SLOW_TICKS = 5  # failsafes are looked at ten times a second, as ArduCopter's and PX4's are
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +44,6 @@ class Autopilot:
         streams = Streams({"HEARTBEAT": _HEARTBEAT_HZ, **flavour.default_streams_hz}, TICK_S)
         self.vehicle = Vehicle(system, flavour, body.kind, body, params, first, ready_at_s, streams)
         self._seq = 0
-        self._ticks = 0
         self._was_ready = False
         body.set_limits(flavour.limits(params, body.kind))
 
@@ -56,7 +54,7 @@ class Autopilot:
         inbox.receive(vehicle, frame, peer)
 
     def tick(self, now_s: float) -> None:
-        """One physics step is about to be taken: failsafes, then the velocity to follow."""
+        """A physics step (0.1 s) is about to be taken: failsafes, then the velocity to follow."""
         vehicle = self.vehicle
         vehicle.now_s = now_s
         if not self._was_ready and vehicle.ready:
@@ -64,9 +62,7 @@ class Autopilot:
             text = "EKF3 IMU0 is using GPS" if vehicle.flavour.name == "ardupilot" else "Ready for takeoff!"
             vehicle.say(Severity.INFO, text)
         failsafe.ground_contact(vehicle)
-        self._ticks += 1
-        if self._ticks % _SLOW_TICKS == 0:
-            failsafe.check(vehicle)
+        failsafe.check(vehicle)
         missions.tick(vehicle)
         if vehicle.armed:
             drive = RUN[vehicle.mode.behaviour](vehicle)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import atan, atan2, cos, hypot, radians, sin
 from typing import TYPE_CHECKING
 
@@ -9,34 +10,49 @@ import numpy as np
 from numpy.typing import NDArray
 
 from policy.world.energy import propulsion_power_w
-from sitl_mock.physics import kernel
-from sitl_mock.physics.vehicle import GRAVITY_MPS2, VehicleType, parameter_rows
+from sitl_mock.physics import kernel, layout
+from sitl_mock.physics.vehicle import GRAVITY_MPS2, VehicleType, parameter_column
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 Array = NDArray[np.float64]
 
-TICK_S = 0.02  # the physics step: a tenth of the fastest response (lean, 0.16 s), and 50 Hz telemetry
+TICK_S = 0.02  # telemetry's grain: 50 Hz
+STEP_TICKS = 5  # the controls decide at 10 Hz, as fast as guidance sends; in between the motion is exact
+STEP_S = STEP_TICKS * TICK_S
 _POWER_STEP_MPS = 0.05
 _POWER_TOP_MPS = 80.0  # a free fall's airspeed stays under it
 _POWER_TABLE_W: Array = np.asarray(propulsion_power_w(np.arange(0.0, _POWER_TOP_MPS, _POWER_STEP_MPS)))
 
 
+@dataclass(frozen=True, slots=True)
+class Air:
+    """What the air does: a steady wind and gusts on top of it."""
+
+    wind_ne_mps: tuple[float, float] = (0.0, 0.0)  # where the air moves to
+    gust_w20_mps: float = 0.0  # Dryden's wind at 20 ft: 7.7 light, 15.4 moderate, 23.2 severe (MIL-F-8785C); 0 none
+    seed: int = 0
+
+
+CALM = Air()
+
+
 class Fleet:
     """Motion of N vehicles. Positions are NED metres from each vehicle's own pad, velocities over ground."""
 
-    def __init__(self, types: Sequence[VehicleType], wind_ne_mps: Array | None = None) -> None:
-        """`wind_ne_mps`: where the air moves to, [2] for all or [N, 2]; calm if omitted."""
+    def __init__(self, types: Sequence[VehicleType], air: Air = CALM) -> None:
+        """One type a vehicle; all in one air."""
         count = len(types)
-        self.types = tuple(types)
-        self._kinds = parameter_rows(list(types))
-        self._state: Array = np.zeros((count, kernel.STATE_WIDTH))
-        self.command: Array = np.zeros((count, kernel.COMMAND_WIDTH))
-        self.command[:, kernel.CMD_YAW] = np.nan
-        self.wind_ne_mps: Array = np.zeros((count, 2))
-        if wind_ne_mps is not None:
-            self.wind_ne_mps[:] = wind_ne_mps
+        self.types = list(types)
+        self.air = air
+        columns = {kind: parameter_column(kind, STEP_S) for kind in set(types)}
+        self._limits: Array = np.ascontiguousarray(np.array([columns[kind] for kind in types]).T)
+        self._state: Array = np.zeros((layout.STATE_ROWS, count))
+        self._command: Array = np.zeros((layout.COMMAND_ROWS, count))
+        self._command[layout.CMD_YAW] = np.nan
+        self._wind: Array = np.tile(np.array(air.wind_ne_mps)[:, None], (1, count))
+        self._ticks = 0
 
     def __len__(self) -> int:
         return len(self.types)
@@ -44,65 +60,84 @@ class Fleet:
     @property
     def pos_ned_m(self) -> Array:
         """[N, 3] view: north, east, down from the pad."""
-        return self._state[:, kernel.POS : kernel.POS + 3]
+        return self._state[layout.POS : layout.POS + 3].T
 
     @property
     def vel_ned_mps(self) -> Array:
         """[N, 3] view: velocity over ground."""
-        return self._state[:, kernel.VEL : kernel.VEL + 3]
+        return self._state[layout.VEL : layout.VEL + 3].T
 
     @property
     def used_j(self) -> Array:
         """[N] view: energy taken from the battery so far."""
-        return self._state[:, kernel.USED_J]
+        return self._state[layout.USED_J]
 
     @property
     def power_w(self) -> Array:
         """[N] view: present propulsion power."""
-        return self._state[:, kernel.POWER_W]
+        return self._state[layout.POWER_W]
 
     @property
     def yaw_rad(self) -> Array:
         """[N] view: where the nose points, clockwise from north."""
-        return self._state[:, kernel.YAW]
+        return self._state[layout.YAW]
 
-    def row(self, i: int) -> Array:
-        """Vehicle `i`'s state, a view in the kernel's columns."""
-        row: Array = self._state[i]
-        return row
+    @property
+    def command(self) -> Array:
+        """[N, COMMAND_ROWS] view: velocity NED (m/s), yaw (rad, NaN holds), motors (0 off, 1 on)."""
+        return self._command.T
+
+    def column(self, i: int) -> Array:
+        """Vehicle `i`'s state, a view in the layout's order."""
+        column: Array = self._state[:, i]
+        return column
 
     def attitude_rad(self, i: int) -> tuple[float, float, float]:
         """Roll, pitch, yaw of vehicle `i`: the lean that gives its horizontal acceleration."""
-        row = self._state[i]
-        north, east, yaw = float(row[kernel.LEAN]), float(row[kernel.LEAN + 1]), float(row[kernel.YAW])
+        column = self._state[:, i]
+        share = (self._ticks % STEP_TICKS or STEP_TICKS) / STEP_TICKS
+        was, now = column[layout.LEAN_WAS : layout.LEAN_WAS + 2], column[layout.LEAN : layout.LEAN + 2]
+        north, east = (was + share * (now - was)).tolist()
+        yaw = float(column[layout.YAW])
         forward = north * cos(yaw) + east * sin(yaw)
         right = east * cos(yaw) - north * sin(yaw)
         return atan(right / GRAVITY_MPS2), -atan(forward / GRAVITY_MPS2), yaw
 
     def set_limits(self, i: int, kind: VehicleType) -> None:
         """Changes what vehicle `i` can do, e.g. after a parameter was set."""
-        self.types = (*self.types[:i], kind, *self.types[i + 1 :])
-        self._kinds[i] = parameter_rows([kind])[0]
+        self.types[i] = kind
+        self._limits[:, i] = parameter_column(kind, STEP_S)
+
+    @property
+    def decides(self) -> bool:
+        """Whether the next tick begins a step: the commands that stand now count for all of it."""
+        return self._ticks % STEP_TICKS == 0
 
     def advance(self, ticks: int) -> None:
-        """Moves all vehicles on by `ticks` steps of TICK_S under the present commands."""
+        """Moves all vehicles on by `ticks` ticks of TICK_S under the present commands."""
         kernel.advance(
             self._state,
-            self.command,
-            self._kinds,
-            self.wind_ne_mps,
+            self._command,
+            self._limits,
+            self._wind,
             _POWER_TABLE_W,
             _POWER_STEP_MPS,
             TICK_S,
+            STEP_TICKS,
+            self._ticks,
             ticks,
+            self.air.gust_w20_mps,
+            self.air.seed,
         )
+        self._ticks += ticks
 
     def place(self, pos_ned_m: Array, vel_ned_mps: Array) -> None:
-        """Puts all vehicles at [N, 3] with velocities [N, 3], flying steadily, with full batteries."""
+        """Puts all vehicles at [N, 3] with velocities [N, 3], flying steadily, with full batteries; a step begins."""
         self._state[:] = 0.0
         self.pos_ned_m[:] = pos_ned_m
         self.vel_ned_mps[:] = vel_ned_mps
-        self._state[:, kernel.VEL_WISH : kernel.VEL_WISH + 3] = vel_ned_mps
+        self._state[layout.VEL_WISH : layout.VEL_WISH + 3] = np.transpose(vel_ned_mps)
+        self._ticks = 0
 
 
 def wind_ne(speed_mps: float, from_deg: float) -> tuple[float, float]:

@@ -5,7 +5,8 @@ The motion model reads nothing else, so a new airframe is a new `VehicleType`, n
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
+import cmath
+from dataclasses import dataclass
 from math import radians, tan
 
 import numpy as np
@@ -17,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class VehicleType:
-    """Limits and response of one airframe with its flight controller. The kernel reads them in this order."""
+    """Limits and response of one airframe with its flight controller."""
 
     max_speed_mps: float  # horizontal, what the flight controller lets through
     max_accel_mps2: float  # horizontal, the shaping limit (ArduPilot WPNAV_ACCEL)
@@ -103,6 +104,48 @@ ARDUQUAD = VehicleType(
 )
 
 
-def parameter_rows(types: list[VehicleType]) -> Array:
-    """[N, P] kernel parameters, one row a vehicle, columns in the order of the dataclass."""
-    return np.array([astuple(kind) for kind in types], dtype=np.float64)
+PARAMETERS = (
+    "speed", "accel", "jerk", "thrust", "drag_1", "drag_2", "gain_p", "gain_i", "gain_pos",
+    "phi_11", "phi_12", "phi_21", "phi_22",
+    "up", "down", "accel_z", "jerk_z", "gain_z", "yaw_rate", "shape", "linear", "shape_z", "linear_z",
+)  # fmt: skip
+
+
+def lean_transition(frequency_radps: float, damping: float, step_s: float) -> tuple[float, float, float, float]:
+    """The exact step of a second-order response: [error, rate] after `step_s` from those before, row by row."""
+    root = cmath.sqrt(complex(damping**2 - 1.0 + 1e-12))  # never quite critical, where the two poles are one
+    fast, slow = -frequency_radps * (damping + root), -frequency_radps * (damping - root)
+    grown_fast, grown_slow = cmath.exp(fast * step_s), cmath.exp(slow * step_s)
+    apart = slow - fast
+    return (
+        ((slow * grown_fast - fast * grown_slow) / apart).real,
+        ((grown_slow - grown_fast) / apart).real,
+        (fast * slow * (grown_fast - grown_slow) / apart).real,
+        ((slow * grown_slow - fast * grown_fast) / apart).real,
+    )
+
+
+def parameter_column(kind: VehicleType, step_s: float) -> Array:
+    """[P] what the kernel reads of a type, in the order of PARAMETERS."""
+    return np.array([
+        kind.max_speed_mps,
+        kind.max_accel_mps2,
+        kind.max_jerk_mps3,
+        kind.max_thrust_accel_mps2,
+        kind.drag_linear_1ps,
+        kind.drag_quadratic_1pm,
+        kind.velocity_gain_1ps,
+        kind.velocity_integral_1ps2,
+        kind.position_gain_1ps,
+        *lean_transition(kind.lean_frequency_radps, kind.lean_damping, step_s),
+        kind.climb_mps,
+        kind.descent_mps,
+        kind.max_accel_z_mps2,
+        kind.max_jerk_z_mps3,
+        kind.vertical_gain_1ps,
+        kind.yaw_rate_radps,
+        kind.max_jerk_mps3 / kind.max_accel_mps2,  # gain of the velocity shaping, and up to which error it holds
+        kind.max_accel_mps2**2 / kind.max_jerk_mps3,
+        kind.max_jerk_z_mps3 / kind.max_accel_z_mps2,
+        kind.max_accel_z_mps2**2 / kind.max_jerk_z_mps3,
+    ])  # fmt: skip

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from mock_station import VELOCITY, fly, station
 
 from sitl_mock.batch import BatchFleet
+from sitl_mock.physics import layout
 from sitl_mock.physics.fleet import TICK_S
 from sitl_mock.physics.vehicle import M600
 
@@ -23,7 +24,7 @@ def test_same_commands_same_motion(commands: list[tuple[float, float]]) -> None:
     fly(ground)
     batch = BatchFleet(3, 2, M600)
     body = ground.vehicle.body
-    batch._fleet._state[:] = body._row
+    batch._fleet._state[:] = body._column[:, None]
     batch._fleet.set_limits(0, body.kind)
     start_j = float(batch.used_j[0, 0])
     for north, east in commands:
@@ -32,7 +33,7 @@ def test_same_commands_same_motion(commands: list[tuple[float, float]]) -> None:
         ground.run(1.0)
         np.testing.assert_allclose(batch.pos_ned_m[0, 0], body.pos_ned_m, atol=1e-9)
         np.testing.assert_allclose(batch.vel_ned_mps[0, 0], body.vel_ned_mps, atol=1e-9)
-    assert float(batch.used_j[0, 0]) == pytest.approx(body._row[23], abs=1e-6)
+    assert float(batch.used_j[0, 0]) == pytest.approx(body._column[layout.USED_J], abs=1e-6)
     assert float(batch.used_j[0, 0]) > start_j
 
 

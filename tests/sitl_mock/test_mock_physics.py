@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from policy.world.energy import propulsion_power_w
-from sitl_mock.physics.fleet import TICK_S, Fleet, course_rad, wind_ne
-from sitl_mock.physics.vehicle import ARDUQUAD, M600, VehicleType, parameter_rows
+from sitl_mock.physics.fleet import STEP_S, STEP_TICKS, TICK_S, Air, Fleet, course_rad, wind_ne
+from sitl_mock.physics.vehicle import ARDUQUAD, M600, PARAMETERS, VehicleType, lean_transition, parameter_column
 
 
 def airborne(kind: VehicleType = M600, wind: tuple[float, float] = (0.0, 0.0)) -> Fleet:
-    fleet = Fleet([kind], np.array(wind))
+    fleet = Fleet([kind], Air(wind))
     fleet.place(np.array([[0.0, 0.0, -100.0]]), np.zeros((1, 3)))
     return fleet
 
@@ -29,11 +29,25 @@ def test_battery_of_the_paper_holds_359640_j() -> None:
     assert M600.battery_j == pytest.approx(4.5 * 3600 * 22.2)
 
 
-def test_parameter_rows_follow_the_dataclass() -> None:
-    rows = parameter_rows([M600, ARDUQUAD])
-    assert rows.shape == (2, 19)
-    assert rows[1, 0] == ARDUQUAD.max_speed_mps
-    assert rows[0, -1] == M600.battery_v
+def test_parameter_columns_follow_their_names() -> None:
+    column = dict(zip(PARAMETERS, parameter_column(ARDUQUAD, STEP_S), strict=True))
+    assert column["speed"] == ARDUQUAD.max_speed_mps
+    assert column["yaw_rate"] == ARDUQUAD.yaw_rate_radps
+    assert column["linear"] == pytest.approx(2.5**2 / 5.0)
+
+
+@given(st.floats(0.5, 40.0), st.floats(0.05, 3.0), st.floats(-2, 2), st.floats(-5, 5))
+def test_lean_step_is_exact(frequency: float, damping: float, error: float, rate: float) -> None:
+    """Against ten thousand small steps of the same equation."""
+    p11, p12, p21, p22 = lean_transition(frequency, damping, STEP_S)
+    x, v = np.array(error), np.array(rate)
+    small = STEP_S / 10_000
+    for _ in range(10_000):  # midpoint rule
+        acc = -(frequency**2) * x - 2 * damping * frequency * v
+        xm, vm = x + 0.5 * small * v, v + 0.5 * small * acc
+        x, v = x + small * vm, v + small * (-(frequency**2) * xm - 2 * damping * frequency * vm)
+    assert p11 * error + p12 * rate == pytest.approx(float(x), abs=1e-4)
+    assert p21 * error + p22 * rate == pytest.approx(float(v), abs=1e-3)
 
 
 def test_wind_comes_from_where_it_is_said_to() -> None:

@@ -13,6 +13,7 @@ from mock_station import ARM, MODE, fly, mav, station
 
 from sitl_mock.autopilot.constants import Command
 from sitl_mock.autopilot.parameters import Encoding, ParamType, from_wire
+from sitl_mock.physics import layout
 from sitl_mock.wire import encode
 from sitl_mock.wire.definition import BY_ID
 from sitl_mock.wire.frame import unpack_payload
@@ -88,7 +89,7 @@ def test_telemetry_agrees_with_the_physics() -> None:
     assert ground.last("VFR_HUD").groundspeed == pytest.approx(10.0, abs=0.1)
     assert ground.last("ATTITUDE").pitch < 0 < abs(ground.last("ATTITUDE").roll)
     assert ground.last("LOCAL_POSITION_NED").vx == pytest.approx(vel[0], abs=0.2)
-    used_j = float(ground.vehicle.body._row[23])
+    used_j = float(ground.vehicle.body._column[layout.USED_J])
     assert ground.last("BATTERY_STATUS").current_consumed == pytest.approx(used_j / 22.2 / 3.6, abs=1)
     assert ground.last("SYS_STATUS").battery_remaining == pytest.approx(100 * (1 - used_j / 359_640), abs=1)
     assert ground.last("EXTENDED_SYS_STATE").landed_state == mav.MAV_LANDED_STATE_IN_AIR
