@@ -1,5 +1,6 @@
 """What a search is told to do: how far, how wide, with which moves."""
 
+import math
 from dataclasses import dataclass
 
 from policy.world.actions import ActionSet, make_actions
@@ -28,6 +29,13 @@ class SearchSettings:
             raise ValueError(f"speed_shares must lie in (0, 1] and not be empty: {self.speed_shares}")
         if not 0.0 < self.discount <= 1.0 or min(self.leaf_weight, self.rebuilds) < 0.0 or self.cell_m <= 0.0:
             raise ValueError(f"need 0 < discount <= 1, leaf_weight >= 0 and cell_m > 0: {self}")
+
+
+def settings_for(scenario: Scenario) -> SearchSettings:
+    """What flies by default: fine headings for the paper's motion; with inertia, speeds to turn at as well."""
+    if math.isinf(scenario.max_accel_mps2):
+        return SearchSettings(num_headings=32)
+    return SearchSettings(num_headings=16, speed_shares=(5 / 9, 7 / 9, 1.0))
 
 
 def search_actions(scenario: Scenario, settings: SearchSettings) -> ActionSet:
