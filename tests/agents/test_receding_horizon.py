@@ -13,12 +13,11 @@ import pytest
 from policy.agents.receding_horizon import RecedingHorizonAgent
 from policy.agents.uniform import UniformAgent
 from policy.evaluation.rollout import fly, jittered
-from policy.search.settings import SearchSettings
+from policy.search.settings import SearchSettings, settings_for
 from policy.world.scenario import Area, Scenario
 from policy.world.state import initial_state
 
 QUICK = SearchSettings(horizon_slots=8, beam=12, rebuilds=1)
-TRACES = SearchSettings(horizon_slots=12, beam=20, rebuilds=1)
 AREAS_M = {"purdue_59": (1667.0, 1222.0), "ncsu_33": (3255.49, 2718.39), "kaist_92": (2100.21, 2174.93)}
 
 
@@ -95,7 +94,7 @@ def read_trace(name: str) -> Track:
 @pytest.mark.traces
 @pytest.mark.parametrize(
     ("name", "accel", "most"),
-    [  # the reference figures of docs/planner.md with room for the noise of one start and for quick settings
+    [  # the reference figures of docs/planner.md with room for the noise of one start and for the fast settings
         ("purdue_59", math.inf, 2.63 + 0.2),
         ("ncsu_33", math.inf, 6.46 + 0.5),
         ("kaist_92", math.inf, 2.20 + 0.15),
@@ -105,7 +104,7 @@ def read_trace(name: str) -> Track:
 def test_it_holds_the_reference_on_real_traces(name: str, accel: float, most: float) -> None:
     track = read_trace(name)
     place = scenario(AREAS_M[name], track.pos_m.shape[1], accel)
-    record = fly(jittered(place, 1), track, RecedingHorizonAgent(TRACES), 1)
+    record = fly(jittered(place, 1), track, RecedingHorizonAgent(settings_for(place, fast=True)), 1)
     assert record.metrics.episodic_aoi <= most
     assert not any(record.violations.values())
 
