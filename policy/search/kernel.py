@@ -309,6 +309,3 @@ def _near(east: float, north: float, corners_m: FloatArray, margin_m: float) -> 
         if d_e * d_e + d_n * d_n <= margin_m * margin_m:
             return True
     return inside
-
-
-__all__ = ["NO_MOVE", "Beam", "Scene", "follow", "search"]

@@ -1,5 +1,6 @@
 """What a search is told to do: how far, how wide, with which moves."""
 
+import math
 from dataclasses import dataclass
 
 from policy.world.actions import ActionSet, make_actions
@@ -28,6 +29,19 @@ class SearchSettings:
             raise ValueError(f"speed_shares must lie in (0, 1] and not be empty: {self.speed_shares}")
         if not 0.0 < self.discount <= 1.0 or min(self.leaf_weight, self.rebuilds) < 0.0 or self.cell_m <= 0.0:
             raise ValueError(f"need 0 < discount <= 1, leaf_weight >= 0 and cell_m > 0: {self}")
+
+
+def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
+    """What flies by default: fine headings for the paper's motion; with inertia, speeds to turn at as well.
+
+    ``fast`` decides in a quarter of the time for a few per cent more AoI (figures in `docs/planner.md`).
+    """
+    inertia = math.isfinite(scenario.max_accel_mps2)
+    if fast:
+        return SearchSettings(horizon_slots=10, beam=16, rebuilds=1, speed_shares=(0.6, 1.0) if inertia else (1.0,))
+    if inertia:
+        return SearchSettings(speed_shares=(5 / 9, 7 / 9, 1.0))
+    return SearchSettings(num_headings=32, beam=48)
 
 
 def search_actions(scenario: Scenario, settings: SearchSettings) -> ActionSet:
