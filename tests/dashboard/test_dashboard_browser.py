@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 
 import pytest
-from conftest import KEY, Desk
+from operator_desk import KEY, Desk
 from playwright.sync_api import Locator, Page, expect
 
 from gcs.ports import RequestKind
