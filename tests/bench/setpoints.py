@@ -171,8 +171,8 @@ def _wait(duration_s: float) -> None:
 
 
 def _load(client: httpx.Client, duration_s: float, latencies_s: list[float]) -> None:
-    """An even request rate over four threads; a late request is sent at once, none is skipped."""
-    threads = 4
+    """An even request rate over sixteen threads; a late request is sent at once, none is skipped."""
+    threads = 16
     paths = ("/api/v1/drones", "/api/v1/campaigns", "/healthz", "/api/v1/events?limit=20")
 
     def worker(offset: int) -> None:
