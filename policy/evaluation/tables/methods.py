@@ -9,7 +9,6 @@ from policy.agents.registry import LEARNED, PLANNED, POLICIES, PolicyChoice
 from policy.model.checkpoint import DEFAULT_NAME, SHIPPED, check_digest, find_checkpoint, read_card
 from policy.model.checkpoint_error import CheckpointError
 
-
 STRAYING = "random, may leave the map"
 """The paper's Random draws from all nine actions; ours draws from those that stay inside."""
 
