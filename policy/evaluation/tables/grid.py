@@ -12,6 +12,7 @@ SECTIONS = ("table1", "table2", "table3", "methods", "uavs", "mcl", "trajectorie
 """Table I-III; all methods at U = 2 and 117 dB; Figures 4, 6, 8; Figures 5, 7, 9; Figure 3."""
 BASE_UAVS = 2
 BASE_MCL_DB = 117.0
+QUICK_SLOTS = 20
 PLAIN = "receding-horizon"
 """The plain planner, what a user would pick instead, stands beside the ablations."""
 
@@ -30,7 +31,7 @@ class Extent:
     @classmethod
     def quick(cls, seeds: int) -> "Extent":
         """Minutes instead of hours: shows that everything runs; too short to be set beside the paper."""
-        return cls(seeds, 20, (2, 3), (2, 3), (117.0, 119.0), 10)
+        return cls(seeds, QUICK_SLOTS, (2, 3), (2, 3), (117.0, 119.0), QUICK_SLOTS // 2)
 
 
 @dataclass(frozen=True)

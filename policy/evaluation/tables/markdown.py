@@ -20,7 +20,7 @@ def table_i(grid: Grid, cells: Cells) -> Iterator[str]:
     """Similarity functions by depth N."""
     yield "## Table I: similarity functions and depth"
     yield "The paper's own search: nine actions, depth N, learned prediction and value (Eq. 13-14)."
-    yield from _reasons((f"{line.similarity}, N = {line.depth}", line.method) for line in grid.similarities)
+    yield from _reasons((line.similarity, line.method) for line in grid.similarities)
     for campus in grid.campuses:
         lines = (
             [line.similarity, str(line.depth), *_pairs(campus, line.method, cells, printed)]
@@ -93,10 +93,10 @@ def _compared(grid: Grid, rows: Sequence[Row], cells: Cells) -> Iterator[str]:
 
 def _reasons(rows: Iterable[tuple[str, Method | Absent]]) -> Iterator[str]:
     """One line for all that is missing, those with the same reason together."""
-    by_reason: dict[str, list[str]] = {}
+    by_reason: dict[str, dict[str, None]] = {}
     for name, method in rows:
         if isinstance(method, Absent):
-            by_reason.setdefault(method.reason, []).append(name)
+            by_reason.setdefault(method.reason, {})[f"`{name}`"] = None
     if by_reason:
         yield "Missing: " + "; ".join(f"{', '.join(names)} ({reason})" for reason, names in by_reason.items()) + "."
 
