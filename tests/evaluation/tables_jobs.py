@@ -2,6 +2,7 @@
 
 import os
 import signal
+import threading
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,3 +34,12 @@ def jot(note: Note) -> dict[str, Any]:
 def stumble(note: Note) -> dict[str, Any]:
     """Work with a defect."""
     raise ZeroDivisionError(note.key)
+
+
+def hang(note: Note) -> dict[str, Any]:
+    """Work without end. Whoever reads the pipe ``folder`` sees its end when the worker does."""
+    with note.folder.open("w") as pipe:
+        pipe.write("begun\n")
+        pipe.flush()
+        threading.Event().wait()
+    return {}

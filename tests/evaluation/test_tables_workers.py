@@ -1,6 +1,10 @@
 """Workers that die, and work with a defect."""
 
 import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 from tables_jobs import Note, done, jot, stumble
@@ -37,3 +41,28 @@ def test_only_the_job_that_kills_its_workers_is_given_up(tmp_path):
 def test_a_defect_is_raised(tmp_path):
     with pytest.raises(ZeroDivisionError):
         list(in_processes([Note("a", tmp_path)], stumble, workers=1))
+
+
+HANGS = """
+import sys
+from pathlib import Path
+from tables_jobs import Note, hang
+from policy.evaluation.tables.workers import in_processes
+if __name__ == "__main__":
+    list(in_processes([Note("a", Path(sys.argv[1]))], hang, 1))
+"""
+
+
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM])
+def test_workers_end_with_the_command(tmp_path, end):
+    pipe, script = tmp_path / "pipe", tmp_path / "hangs.py"
+    os.mkfifo(pipe)
+    script.write_text(HANGS)
+    here = str(Path(__file__).parent)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([here, *sys.path])}
+    with subprocess.Popen([sys.executable, str(script), str(pipe)], env=environment) as command:
+        with pipe.open() as reader:
+            assert reader.readline() == "begun\n"
+            command.send_signal(end)
+            assert reader.read() == ""  # the worker is gone: nobody else holds the pipe
+        command.wait()
