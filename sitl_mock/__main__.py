@@ -6,18 +6,19 @@ import argparse
 import signal
 import socket
 import sys
-from contextlib import nullcontext
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from sitl_mock.autopilot import FLAVOURS
+from sitl_mock.control import Control
 from sitl_mock.faults import FaultFileError, load
 from sitl_mock.geodesy import Geodetic
 from sitl_mock.physics.vehicle import M600
-from sitl_mock.ports import Port, PortTakenError
-from sitl_mock.server import Server, listen
+from sitl_mock.ports import Port, PortTakenError, SerialPort, TcpPort, UdpPort, listen
+from sitl_mock.server import Server
 from sitl_mock.simulation import PURDUE, Setup, Simulation
 
 if TYPE_CHECKING:
@@ -86,6 +87,16 @@ def _target(text: str) -> tuple[str, int]:
         raise argparse.ArgumentTypeError(f"{host!r} is no known host") from error
 
 
+def _key(text: str) -> bytes:
+    try:
+        key = bytes.fromhex(text)
+    except ValueError:
+        key = b""
+    if len(key) != 32:
+        raise argparse.ArgumentTypeError("is not 64 hex digits (32 bytes); make one with: openssl rand -hex 32")
+    return key
+
+
 def parser() -> argparse.ArgumentParser:
     """All options."""
     options = _Parser(prog="sitl_mock", description="Mock MAVLink autopilots with real motion, for tests and demos.")
@@ -121,11 +132,15 @@ def parser() -> argparse.ArgumentParser:
     add("--max-speed", type=_number(0.5, 20), metavar="MPS", help="horizontal speed limit (default 18)")
     add("--battery-mah", type=_number(1, 1e6), help="battery charge (default 4500)")
     add("--battery-v", type=_number(3, 100), help="battery nominal voltage (default 22.2)")
-    add(
-        "--ready-after-s",
-        type=_number(0, 600),
-        help="position estimate good after (default: as the real one)",
-    )
+    add("--ready-after-s", type=_number(0, 600), help="position estimate good after (default: as the real one)")
+    add("--tcp-first-port", type=_whole(0, 65535), metavar="P", help="TCP port of drone 1 besides (0: any free)")
+    add("--serial", action="store_true", help="besides a serial line (pseudo terminal) a drone")
+    add("--control", type=_whole(0, 65535), metavar="PORT", help="HTTP control of faults (0: any free port)")
+    add("--gusts-ms", type=_number(0, 40), default=0.0, metavar="W20", help="Dryden gusts by the wind at 20 ft")
+    add("--gps-noise-m", type=_number(0, 100), default=0.0, help="standard deviation of the receiver (default 0)")
+    add("--gps-delay-s", type=_number(0, 5), default=0.2, help="how late the receiver reports (default 0.2)")
+    add("--ambient-c", type=_number(-60, 60), default=20.0, help="air temperature, degrees Celsius (default 20)")
+    add("--signing-key", type=_key, metavar="HEX", help="64 hex digits: take and send signed messages only")
     add("--seed", type=_whole(0, 2**63 - 1), default=0, help="for everything random")
     return options
 
@@ -149,6 +164,11 @@ def _setup(args: argparse.Namespace) -> Setup:
         spacing_m=args.spacing_m,
         wind_mps=args.wind_ms[0],
         wind_from_deg=args.wind_ms[1],
+        gust_w20_mps=args.gusts_ms,
+        gps_noise_m=args.gps_noise_m,
+        gps_delay_s=args.gps_delay_s,
+        ambient_c=args.ambient_c,
+        key=args.signing_key,
         ready_after_s=args.ready_after_s,
         faults=faults,
         seed=args.seed,
@@ -159,27 +179,61 @@ def _stop(_number: int, _frame: FrameType | None) -> NoReturn:
     raise KeyboardInterrupt
 
 
+def _ways(args: argparse.Namespace, index: int) -> list[Port]:
+    """The ports of one vehicle: UDP first. Raises PortTakenError; nothing stays open then."""
+    ways: list[Port] = [UdpPort(args.host, args.first_port + index, args.target)]
+    try:
+        if args.tcp_first_port is not None:
+            ways.append(TcpPort(args.host, args.tcp_first_port + index if args.tcp_first_port else 0))
+        if args.serial:
+            ways.append(SerialPort())
+    except OSError:
+        for way in ways:
+            way.close()
+        raise
+    return ways
+
+
+def _address(way: Port) -> str:
+    """How a ground station reaches it, in the notation of pymavlink."""
+    if isinstance(way, SerialPort):
+        return way.path
+    assert isinstance(way, UdpPort | TcpPort)
+    return f"{'udpout' if isinstance(way, UdpPort) else 'tcp'}:{way.address[0]}:{way.address[1]}"
+
+
+def _announce(ports: list[list[Port]], flavour: str) -> None:
+    for system, (udp, *more) in enumerate(ports, start=1):
+        besides = "".join(f" {_address(way)}" for way in more)
+        print(f"drone {system} ready: {_address(udp)} sysid {system} {flavour}{besides}", flush=True)
+
+
 def _serve(args: argparse.Namespace) -> None:
     setup = _setup(args)
-    if args.first_port + args.count - 1 > 65535:
-        raise PortTakenError(f"--first-port {args.first_port} leaves no room for {args.count} ports up to 65535")
-    with listen(args.host, args.lockstep) if args.lockstep is not None else nullcontext() as listener:
-        ports: list[Port] = []
-        try:
-            ports += (Port(args.host, args.first_port + i, args.target) for i in range(args.count))
-            server = Server(Simulation(setup), ports)
-            if listener is not None:
-                print(f"lockstep ready: tcp:{args.host}:{listener.getsockname()[1]}", flush=True)
-            for system, port in enumerate(ports, start=1):
-                where = f"udpout:{args.host}:{port.address[1]}"
-                print(f"drone {system} ready: {where} sysid {system} {args.flavour}", flush=True)
-            if listener is not None:
-                server.run_in_lock_step(listener)
-            else:
-                server.run_in_real_time(args.speedup)
-        finally:
-            for port in ports:
-                port.close()
+    for option, first in (("--first-port", args.first_port), ("--tcp-first-port", args.tcp_first_port or 0)):
+        if first + args.count - 1 > 65535:
+            raise PortTakenError(f"{option} {first} leaves no room for {args.count} ports up to 65535")
+    with ExitStack() as stack:
+        listener = control = None
+        if args.lockstep is not None:
+            listener = stack.enter_context(listen(args.host, args.lockstep, "--lockstep"))
+        if args.control is not None:
+            control = stack.enter_context(closing(Control(args.host, args.control)))
+        ports: list[list[Port]] = []
+        for index in range(args.count):
+            ports.append(_ways(args, index))
+            for way in ports[-1]:
+                stack.callback(way.close)
+        server = Server(Simulation(setup), ports, control)
+        if listener is not None:
+            print(f"lockstep ready: tcp:{args.host}:{listener.getsockname()[1]}", flush=True)
+        if control is not None:
+            print(f"control ready: http://{control.address[0]}:{control.address[1]}", flush=True)
+        _announce(ports, args.flavour)
+        if listener is not None:
+            server.run_in_lock_step(listener)
+        else:
+            server.run_in_real_time(args.speedup)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

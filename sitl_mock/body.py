@@ -1,45 +1,62 @@
-"""What one autopilot feels and moves: its row of the fleet's physics, its pad and its battery."""
+"""What one autopilot feels and moves: its row of the fleet's physics, its pad, its sensors and its battery."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import isnan, nan
+from math import isnan, nan, pi, radians
 from typing import TYPE_CHECKING
 
+from sitl_mock.battery import Battery, Pack
 from sitl_mock.geodesy import Geodetic, to_geodetic
 from sitl_mock.physics import layout
+from sitl_mock.physics.fleet import STEP_S
+from sitl_mock.sensors import Position, Receiver
 
 if TYPE_CHECKING:
+    import numpy as np
+
+    from sitl_mock.faults import Effects
     from sitl_mock.physics.fleet import Fleet
     from sitl_mock.physics.vehicle import VehicleType
 
 Vec3 = tuple[float, float, float]
-
-# Lithium polymer, volts a cell: full, nominal, empty under load (manufacturers' usual 4.2 / 3.7 / 3.3).
-_CELL_FULL_V, _CELL_NOMINAL_V, _CELL_EMPTY_V = 4.2, 3.7, 3.3
-_CELL_OHM = 0.004  # internal resistance, a fresh 4.5 Ah cell
-
-
-@dataclass(frozen=True, slots=True)
-class Battery:
-    """What the power module measures."""
-
-    voltage_v: float
-    current_a: float
-    used_mah: float
-    remaining: float  # 1 full, 0 empty
-    cells: int
+# With one motor of six out its opposite idles too: what is left carries the weight and half of the lean (assumed).
+_THRUST_LEFT = (1.0, 0.5)  # by motors out; more and it falls
 
 
 class Body:
-    """Vehicle `index` of a fleet. Positions are metres NED from its pad."""
+    """Vehicle `index` of a fleet. Positions are metres NED from its pad, as the autopilot believes them."""
 
-    def __init__(self, fleet: Fleet, index: int, pad: Geodetic) -> None:
-        """`pad`: where the vehicle stands at boot."""
+    def __init__(
+        self,
+        fleet: Fleet,
+        index: int,
+        pad: Geodetic,
+        rng: np.random.Generator,
+        *,
+        receiver: Receiver | None = None,
+        ambient_c: float = 20.0,
+    ) -> None:
+        """`pad`: where the vehicle stands at boot; `rng`: the noise of its sensors."""
         self._fleet, self.index, self.pad = fleet, index, pad
         self._column = fleet.column(index)
         self._command = fleet.command[index]
-        self._drained_j = 0.0
+        self._pack = Pack(fleet.types[index], ambient_c)
+        self.position = Position(receiver or Receiver(), rng)
+        self._compass_error_rad = 0.0
+        self._motors_out = 0
+
+    def suffer(self, effects: Effects) -> None:
+        """Sets what is broken in it."""
+        self.position.offset_m = effects.gps_offset_m
+        self.position.extra_noise_m = effects.gps_noise_m
+        self._compass_error_rad = radians(effects.compass_error_deg)
+        self._motors_out = effects.motors_out
+        self._pack.failed_cells = effects.cells_failed
+
+    def advance(self, now_s: float) -> None:
+        """A step of STEP_S begins: sensors and battery go on."""
+        self.position.advance(now_s, STEP_S, self.true_ned_m, self.vel_ned_mps)
+        self._pack.advance(float(self._column[layout.POWER_W]), STEP_S)
 
     @property
     def kind(self) -> VehicleType:
@@ -51,10 +68,16 @@ class Body:
         self._fleet.set_limits(self.index, kind)
 
     @property
-    def pos_ned_m(self) -> Vec3:
-        """Position from the pad."""
+    def true_ned_m(self) -> Vec3:
+        """Where it is."""
         north, east, down = self._column[layout.POS : layout.POS + 3].tolist()
         return north, east, down
+
+    @property
+    def pos_ned_m(self) -> Vec3:
+        """Where it believes to be."""
+        (north, east, down), error = self.true_ned_m, self.position.error_ned_m
+        return north + error[0], east + error[1], down + error[2]
 
     @property
     def vel_ned_mps(self) -> Vec3:
@@ -64,54 +87,55 @@ class Body:
 
     @property
     def down_m(self) -> float:
-        """Height below the pad (negative in the air)."""
-        return float(self._column[layout.POS + 2])
+        """Height below the pad (negative in the air), as it believes."""
+        return float(self._column[layout.POS + 2]) + self.position.error_ned_m[2]
 
     @property
     def attitude_rad(self) -> Vec3:
-        """Roll, pitch, yaw."""
-        return self._fleet.attitude_rad(self.index)
+        """Roll, pitch, yaw, as it believes."""
+        roll, pitch, _ = self._fleet.attitude_rad(self.index)
+        return roll, pitch, self.yaw_rad
+
+    @property
+    def compass_error_rad(self) -> float:
+        """How far the compass is off."""
+        return self._compass_error_rad
 
     @property
     def yaw_rad(self) -> float:
-        """Where the nose points, clockwise from north."""
-        return float(self._column[layout.YAW])
+        """Where the compass says that the nose points, clockwise from north."""
+        return (float(self._column[layout.YAW]) + self._compass_error_rad) % (2 * pi)
 
     @property
     def on_ground(self) -> bool:
         """Whether the ground carries it."""
-        return self.down_m >= -0.01 and float(self._column[layout.VEL_WISH + 2]) >= 0.0
+        return float(self._column[layout.POS + 2]) >= -0.01 and float(self._column[layout.VEL_WISH + 2]) >= 0.0
 
     @property
     def place(self) -> Geodetic:
-        """Where it is on the globe."""
+        """Where it believes to be on the globe."""
         north, east, down = self.pos_ned_m
         return to_geodetic(self.pad, north, east, -down)
 
     @property
     def battery(self) -> Battery:
-        """Energy by the world's model at nominal voltage; the terminal voltage falls with charge and load."""
-        kind = self.kind
-        used_j = float(self._column[layout.USED_J]) + self._drained_j
-        remaining = max(0.0, 1.0 - used_j / kind.battery_j)
-        cells = max(1, round(kind.battery_v / _CELL_NOMINAL_V))
-        rest_v = cells * (_CELL_EMPTY_V + (_CELL_FULL_V - _CELL_EMPTY_V) * remaining)
-        current_a = float(self._column[layout.POWER_W]) / kind.battery_v
-        return Battery(
-            rest_v - cells * _CELL_OHM * current_a,
-            current_a,
-            used_j / (3.6 * kind.battery_v),
-            remaining,
-            cells,
-        )
+        """What the power module measures."""
+        return self._pack.measure(float(self._column[layout.USED_J]), float(self._column[layout.POWER_W]))
+
+    @property
+    def motors_out(self) -> int:
+        """How many motors stand still that should not."""
+        return self._motors_out
 
     def drain(self, fraction: float) -> None:
-        """Takes this part of the full battery away at once (a failing cell)."""
-        self._drained_j += fraction * self.kind.battery_j
+        """Takes this part of the full battery away at once."""
+        self._pack.drain(fraction)
 
     def drive(self, vel_ned_mps: Vec3, yaw_rad: float | None, *, motors: bool) -> None:
         """Sets what the physics follows until the next call; `yaw_rad` None keeps the nose where it is."""
         command = self._command
         command[0], command[1], command[2] = vel_ned_mps
-        command[layout.CMD_YAW] = nan if yaw_rad is None or isnan(yaw_rad) else yaw_rad
-        command[layout.CMD_MOTORS] = 1.0 if motors else 0.0
+        held = yaw_rad is None or isnan(yaw_rad)
+        command[layout.CMD_YAW] = nan if held or yaw_rad is None else yaw_rad - self._compass_error_rad
+        thrust = _THRUST_LEFT[self._motors_out] if self._motors_out < len(_THRUST_LEFT) else 0.0
+        command[layout.CMD_MOTORS] = thrust if motors else 0.0

@@ -26,7 +26,7 @@ Flags = NDArray[np.bool_]
 
 
 @njit(cache=True, error_model="numpy")
-def _serve(
+def _serve(  # noqa: PLR0917 - numba takes arrays, not objects
     uavs_m: Array,
     flying: Flags,
     users_m: Array,

@@ -9,11 +9,12 @@ import numpy as np
 
 from sitl_mock.autopilot import PX4, Autopilot
 from sitl_mock.body import Body
-from sitl_mock.faults import Fault, Script, Victim
+from sitl_mock.faults import Fault, Script
 from sitl_mock.geodesy import Geodetic, to_geodetic
 from sitl_mock.link import Link
 from sitl_mock.physics.fleet import TICK_S, Air, Fleet, wind_ne
 from sitl_mock.physics.vehicle import M600, VehicleType
+from sitl_mock.sensors import Receiver
 from sitl_mock.wire import Parser
 
 if TYPE_CHECKING:
@@ -39,6 +40,10 @@ class Setup:
     ready_after_s: float | None = None
     faults: Sequence[Fault] = ()
     seed: int = 0
+    gps_noise_m: float = 0.0
+    gps_delay_s: float = 0.2
+    ambient_c: float = 20.0
+    key: bytes | None = None  # 32 bytes: all vehicles sign, and take signed messages only
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,17 +64,20 @@ class Simulation:
         self._fleet = Fleet([setup.kind] * setup.count, air)
         self._ticks = 0
         self._parsers: dict[tuple[int, int], Parser] = {}
-        seeds = np.random.SeedSequence(setup.seed).spawn(2 * setup.count)
-        links = [Link(np.random.default_rng(seed)) for seed in seeds]
-        self.autopilots = [self._autopilot(setup, index) for index in range(setup.count)]
-        self._victims = [Victim(pilot, links[2 * i], links[2 * i + 1]) for i, pilot in enumerate(self.autopilots)]
-        self._script = Script(list(setup.faults))
+        self.setup = setup
+        seeds = np.random.SeedSequence(setup.seed).spawn(3 * setup.count)
+        chances = [np.random.default_rng(seed) for seed in seeds]
+        self.autopilots = [self._autopilot(setup, index, chances[3 * index + 2]) for index in range(setup.count)]
+        self._up = [Link(chances[3 * index]) for index in range(setup.count)]
+        self._down = [Link(chances[3 * index + 1]) for index in range(setup.count)]
+        self.script = Script(list(setup.faults), setup.count)
         self._fleet.advance(0)  # compiles or loads the kernel before anybody waits for it
 
-    def _autopilot(self, setup: Setup, index: int) -> Autopilot:
+    def _autopilot(self, setup: Setup, index: int, rng: np.random.Generator) -> Autopilot:
         pad = to_geodetic(setup.home, 0.0, index * setup.spacing_m, 0.0)
-        body = Body(self._fleet, index, pad)
-        return Autopilot(index + 1, setup.flavour, body, ready_after_s=setup.ready_after_s)
+        receiver = Receiver(setup.gps_noise_m, setup.gps_delay_s)
+        body = Body(self._fleet, index, pad, rng, receiver=receiver, ambient_c=setup.ambient_c)
+        return Autopilot(index + 1, setup.flavour, body, ready_after_s=setup.ready_after_s, key=setup.key)
 
     @property
     def now_s(self) -> float:
@@ -78,8 +86,8 @@ class Simulation:
 
     def receive(self, index: int, peer: int, data: bytes) -> None:
         """Takes a datagram that `peer` sent to vehicle `index`."""
-        up = self._victims[index].up
-        if up.quality.perfect:
+        up = self._up[index]
+        if up.quality.perfect and up.empty:
             self._deliver(index, peer, data)
         else:
             up.put(peer, data, self.now_s)
@@ -96,30 +104,44 @@ class Simulation:
     def step(self) -> list[Datagram]:
         """One step of TICK_S; returns what is to be sent at its end."""
         now_s = self.now_s
-        self._script.advance(now_s, self._victims)
+        self._break(now_s)
         decides = self._fleet.decides
-        for index, victim in enumerate(self._victims):
-            for peer, data in victim.up.take(now_s):
+        for index, autopilot in enumerate(self.autopilots):
+            for peer, data in self._up[index].take(now_s):
                 assert peer is not None, "what goes up has a sender"
                 self._deliver(index, peer, data)
             if decides:
-                victim.autopilot.tick(now_s)
+                autopilot.tick(now_s)
         self._fleet.advance(1)
         self._ticks += 1
         return self.pending()
+
+    def _break(self, now_s: float) -> None:
+        """Faults begin and end."""
+        for change in self.script.advance(now_s):
+            autopilot = self.autopilots[change.index]
+            self._up[change.index].quality, self._down[change.index].quality = change.effects.up, change.effects.down
+            autopilot.suffer(change.effects)
+            for strike in change.strikes:
+                if strike.kind == "reboot":
+                    autopilot.reboot()
+                else:
+                    autopilot.vehicle.body.drain(strike.value)
 
     def pending(self) -> list[Datagram]:
         """What is to be sent now."""
         now_s = self.now_s
         out: list[Datagram] = []
-        for index, victim in enumerate(self._victims):
-            victim.autopilot.vehicle.now_s = now_s
-            for sent in victim.autopilot.collect():
-                if victim.down.quality.perfect:
+        for index, autopilot in enumerate(self.autopilots):
+            autopilot.vehicle.now_s = now_s
+            down = self._down[index]
+            smooth = down.quality.perfect and down.empty
+            for sent in autopilot.collect():
+                if smooth:
                     out.append(Datagram(index, sent.peer, sent.data))
                 else:
-                    victim.down.put(sent.peer, sent.data, now_s)
-            out += [Datagram(index, peer, data) for peer, data in victim.down.take(now_s)]
+                    down.put(sent.peer, sent.data, now_s)
+            out += [Datagram(index, peer, data) for peer, data in down.take(now_s)]
         return out
 
     def advance_to(self, until_s: float) -> list[Datagram]:

@@ -7,6 +7,7 @@ from math import degrees, radians
 from typing import TYPE_CHECKING
 
 from sitl_mock.autopilot.constants import Result
+from sitl_mock.autopilot.fence import FenceRule
 from sitl_mock.autopilot.flavour import BatteryRule, Defaults, Flavour, LinkRule, ReturnPlan
 from sitl_mock.autopilot.modes import ARDUPILOT_MODES, ModeTable
 from sitl_mock.autopilot.parameters import Encoding, ParamTable, ParamType
@@ -117,6 +118,19 @@ def _link_rule(params: ParamTable) -> LinkRule:
     return LinkRule(params["FS_GCS_ENABLE"] != 0, timeout_s, ground, action, "GCS Failsafe")
 
 
+def _fence_rule(params: ParamTable) -> FenceRule:
+    """FENCE_TYPE bits: 1 height, 2 circle, 4 polygons; FENCE_ACTION 0 report, 2 land, 4 brake, else return."""
+    kinds = int(params["FENCE_TYPE"])
+    action = int(params["FENCE_ACTION"])
+    return FenceRule(
+        enabled=params["FENCE_ENABLE"] != 0,
+        max_alt_m=params["FENCE_ALT_MAX"] if kinds & 1 else 0.0,
+        max_distance_m=params["FENCE_RADIUS"] if kinds & 2 else 0.0,
+        polygons=bool(kinds & 4),
+        mode={0: None, 2: "LAND", 4: "BRAKE"}.get(action, "RTL"),
+    )
+
+
 # MISSION_FLOAT, PARAM_FLOAT, MISSION_INT, COMMAND_INT, SET_POSITION_TARGET_LOCAL and _GLOBAL,
 # FLIGHT_TERMINATION, MAVLINK2, MISSION_FENCE, MISSION_RALLY, PARAM_ENCODE_C_CAST (GCS_Common.cpp).
 _CAPABILITIES = 1 | 2 | 4 | 8 | 128 | 256 | 2048 | 8192 | 16384 | 32768 | 131072
@@ -134,6 +148,8 @@ ARDUPILOT = Flavour(
     return_plan=_return_plan,
     battery_rule=_battery_rule,
     link_rule=_link_rule,
+    fence_rule=_fence_rule,
+    unsigned=frozenset({"RADIO_STATUS"}),  # GCS_Signing.cpp accept_list
     default_streams_hz={"TIMESYNC": 0.1},  # measured: nothing but these until asked
     ready_after_s=41.0,  # measured: "EKF3 IMU0 is using GPS"
     arm_refusal=Result.FAILED,

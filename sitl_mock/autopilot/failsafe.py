@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from sitl_mock.autopilot import fence
 from sitl_mock.autopilot.constants import Severity
 from sitl_mock.autopilot.modes import Behaviour
 from sitl_mock.autopilot.state import TakeoffTarget, Vehicle
@@ -100,8 +101,30 @@ def ground_contact(vehicle: Vehicle) -> None:
         vehicle.disarm("Disarmed by auto preflight disarming" if vehicle.flavour.name == "px4" else "Disarming motors")
 
 
+def estimate(vehicle: Vehicle) -> None:
+    """ArduCopter tells when its filter doubts the receiver (ekf_check.cpp gpsglitch_check)."""
+    doubting = vehicle.body.position.doubting
+    if doubting != vehicle.glitching and vehicle.flavour.name == "ardupilot":
+        vehicle.say(Severity.CRITICAL, "GPS Glitch or Compass error" if doubting else "Glitch cleared")
+    vehicle.glitching = doubting
+
+
+def motors(vehicle: Vehicle) -> None:
+    """A motor that gives no thrust is noticed in the air."""
+    out = vehicle.body.motors_out
+    if out > vehicle.motors_told and vehicle.armed and vehicle.flying:
+        text = f"Potential Thrust Loss ({out})" if vehicle.flavour.name == "ardupilot" else "Motor failure detected"
+        vehicle.say(Severity.EMERGENCY, text)
+        vehicle.motors_told = out
+    elif out == 0:
+        vehicle.motors_told = 0
+
+
 def check(vehicle: Vehicle) -> None:
-    """All but the ground contact, which every tick looks at."""
+    """All but the ground contact, which is looked at first."""
+    estimate(vehicle)
+    motors(vehicle)
+    fence.check(vehicle)
     battery(vehicle)
     ground_link(vehicle)
     position(vehicle)

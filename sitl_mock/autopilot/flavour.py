@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from sitl_mock.autopilot.constants import Result
+    from sitl_mock.autopilot.fence import FenceRule
     from sitl_mock.autopilot.modes import ModeTable
     from sitl_mock.physics.vehicle import VehicleType
 
@@ -68,6 +69,8 @@ class Flavour:
     return_plan: Callable[[ParamTable], ReturnPlan]
     battery_rule: Callable[[ParamTable], BatteryRule]
     link_rule: Callable[[ParamTable], LinkRule]
+    fence_rule: Callable[[ParamTable], FenceRule]
+    unsigned: frozenset[str]  # messages that are taken without a signature where all must be signed
     default_streams_hz: dict[str, float]
     ready_after_s: float  # position estimate good after boot
     arm_refusal: Result

@@ -11,6 +11,10 @@ from sitl_mock.autopilot.orders import DONE, Handler, Order, Verdict
 from sitl_mock.autopilot.state import PositionTarget, TakeoffTarget, Vehicle
 from sitl_mock.geodesy import Geodetic, plausible, to_ned_m
 
+_REBOOT_DELAY_S = 0.2  # the acknowledgement goes out first
+_GYRO_S = 2.0
+COMPASS_LIMIT_DEG = 30.0
+_PX4_REFUSAL = "Arming denied: Resolve system health failures first"
 _RELATIVE = {Frame.GLOBAL_RELATIVE_ALT, Frame.GLOBAL_RELATIVE_ALT_INT}
 
 
@@ -27,13 +31,27 @@ def _arm_disarm(vehicle: Vehicle, order: Order) -> Verdict:
     return DONE
 
 
-def arming_refusal(vehicle: Vehicle) -> str | None:
-    """Why it cannot be armed now, None if it can."""
+def _broken(vehicle: Vehicle) -> str | None:
+    """The fault, sensor or motor that forbids arming."""
     if vehicle.faults.arming_denied is not None:
         return vehicle.faults.arming_denied
+    if vehicle.faults.motors_out:
+        return "Arm: Motors: Check frame class and type" if vehicle.flavour.name == "ardupilot" else _PX4_REFUSAL
+    if abs(vehicle.faults.compass_error_deg) > COMPASS_LIMIT_DEG:
+        return "Arm: Compass not healthy" if vehicle.flavour.name == "ardupilot" else _PX4_REFUSAL
+    return None
+
+
+def arming_refusal(vehicle: Vehicle) -> str | None:
+    """Why it cannot be armed now, None if it can."""
     if vehicle.battery_stage:
         return "Arm: Battery failsafe" if vehicle.flavour.name == "ardupilot" else "Arming denied: low battery"
-    early = vehicle.now_s < 0.56 * vehicle.ready_at_s  # ArduCopter: in STABILIZE 23 s of 41 s suffice (measured)
+    broken = _broken(vehicle)
+    if broken is not None:
+        return broken
+    early = vehicle.now_s - vehicle.boot_s < 0.56 * (
+        vehicle.ready_at_s - vehicle.boot_s
+    )  # ArduCopter: in STABILIZE 23 s of 41 s suffice (measured)
     if early or (vehicle.mode.needs_position and not vehicle.ready):
         return vehicle.flavour.arm_refusal_text
     if vehicle.mode.behaviour in {Behaviour.RTL, Behaviour.LAND}:
@@ -69,7 +87,7 @@ def _takeoff(vehicle: Vehicle, order: Order) -> Verdict:
     down_m = _takeoff_down_m(vehicle, order)
     north, east, here_m = vehicle.body.pos_ned_m
     if flavour.takeoff_switches_mode:
-        if not vehicle.ready or vehicle.faults.pilot_holds:
+        if not vehicle.ready or vehicle.pilot_holds:
             return Verdict(flavour.mode_refusal, "Takeoff denied! Please disarm and retry")
         # PX4 climbs at least MIS_TAKEOFF_ALT when the height asked for is below (navigator, takeoff.cpp).
         lowest_m = here_m - vehicle.params["MIS_TAKEOFF_ALT"]
@@ -84,7 +102,7 @@ def _takeoff(vehicle: Vehicle, order: Order) -> Verdict:
 def request_mode(vehicle: Vehicle, mode: Mode | None) -> Verdict:
     """A mode change from the ground."""
     flavour = vehicle.flavour
-    if mode is None or vehicle.faults.pilot_holds:
+    if mode is None or vehicle.pilot_holds:
         return Verdict(flavour.mode_refusal, "" if mode is None else "Mode change denied: pilot has control")
     if vehicle.armed and mode.needs_position and not vehicle.ready:
         return Verdict(flavour.mode_refusal, f"Mode change to {mode.name} failed: requires position")
@@ -197,6 +215,37 @@ def _prearm(vehicle: Vehicle, _: Order) -> Verdict:
     return DONE
 
 
+def _reboot(vehicle: Vehicle, order: Order) -> Verdict:
+    """PREFLIGHT_REBOOT_SHUTDOWN: param1 1 restarts the autopilot; refused while armed."""
+    if order[1] != 1.0:
+        return Verdict(Result.UNSUPPORTED if vehicle.flavour.name == "ardupilot" else Result.DENIED)
+    if vehicle.armed:
+        return Verdict(Result.FAILED if vehicle.flavour.name == "ardupilot" else Result.DENIED)
+    vehicle.reboot_due_s = vehicle.now_s + _REBOOT_DELAY_S
+    return DONE
+
+
+def _calibrate(vehicle: Vehicle, order: Order) -> Verdict:
+    """PREFLIGHT_CALIBRATION of the gyros (param1): ArduCopter reports IN_PROGRESS and the end of it."""
+    if vehicle.armed:
+        return Verdict(Result.FAILED if vehicle.flavour.name == "ardupilot" else Result.TEMPORARILY_REJECTED)
+    if order[1] != 1.0:
+        return Verdict(Result.UNSUPPORTED)
+    if vehicle.flavour.name == "px4":
+        return Verdict(Result.ACCEPTED, "[cal] calibration started: 2 gyro")
+    return Verdict(Result.IN_PROGRESS, "Calibrating gyros", then_s=_GYRO_S)
+
+
+def _fence_enable(vehicle: Vehicle, order: Order) -> Verdict:
+    """DO_FENCE_ENABLE: ArduCopter only (AC_Fence)."""
+    if vehicle.flavour.name != "ardupilot":
+        return Verdict(Result.UNSUPPORTED)
+    if order[1] not in (0.0, 1.0):
+        return Verdict(Result.FAILED)
+    vehicle.params.set("FENCE_ENABLE", order[1])
+    return DONE
+
+
 def _battery_reset(vehicle: Vehicle, _: Order) -> Verdict:
     vehicle.battery_stage, vehicle.battery_low_s = 0, None
     return DONE
@@ -218,4 +267,7 @@ HANDLERS: dict[int, Handler] = {
     Command.MISSION_START: _mission_start,
     Command.RUN_PREARM_CHECKS: _prearm,
     Command.BATTERY_RESET: _battery_reset,
+    Command.PREFLIGHT_REBOOT_SHUTDOWN: _reboot,
+    Command.PREFLIGHT_CALIBRATION: _calibrate,
+    Command.DO_FENCE_ENABLE: _fence_enable,
 }

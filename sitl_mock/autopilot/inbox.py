@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sitl_mock.autopilot import commands, failsafe, missions, orders, setpoints
-from sitl_mock.autopilot.constants import MAV_TYPE_GCS, Severity
+from sitl_mock.autopilot import commands, events, failsafe, missions, orders, setpoints
+from sitl_mock.autopilot.constants import MAV_TYPE_GCS, Result, Severity
 from sitl_mock.autopilot.flight_commands import request_mode
 from sitl_mock.autopilot.parameters import Param, from_wire, to_wire
-from sitl_mock.autopilot.state import Note, Vehicle
+from sitl_mock.autopilot.state import Later, Note, Vehicle
 from sitl_mock.autopilot.streams import ALL_GROUPS, GROUPS
 
 if TYPE_CHECKING:
@@ -24,9 +24,16 @@ def _on_heartbeat(vehicle: Vehicle, frame: Frame, _: int) -> None:
 
 def _on_command(vehicle: Vehicle, frame: Frame, peer: int) -> None:
     order = orders.read(frame, peer)
+    if any(later.values["command"] == order.command for later in vehicle.later):
+        busy = {"command": order.command, "result": int(Result.IN_PROGRESS)}  # asked again (confirmation > 0)
+        vehicle.reply(peer, "COMMAND_ACK", **busy, target_system=frame.system, target_component=frame.component)
+        return
     verdict = commands.execute(vehicle, order)
     ack = {"command": order.command, "result": int(verdict.result)}
     to = {"target_system": frame.system, "target_component": frame.component}
+    if verdict.then_s > 0.0:
+        done = {"command": order.command, "result": int(Result.ACCEPTED)} | to
+        vehicle.later.append(Later(vehicle.now_s + verdict.then_s, peer, done))
     # The acknowledgement goes before what the command made the vehicle say.
     vehicle.notes.insert(0, Note(peer, "COMMAND_ACK", ack | to))
 
@@ -91,7 +98,7 @@ def _on_data_stream(vehicle: Vehicle, frame: Frame, _: int) -> None:
 
 def _on_timesync(vehicle: Vehicle, frame: Frame, peer: int) -> None:
     if frame["tc1"] == 0:
-        vehicle.reply(peer, "TIMESYNC", tc1=round(vehicle.now_s * 1e9), ts1=frame["ts1"])
+        vehicle.reply(peer, "TIMESYNC", tc1=round(vehicle.clock_s * 1e9), ts1=frame["ts1"])
 
 
 def _on_ping(vehicle: Vehicle, frame: Frame, peer: int) -> None:
@@ -102,6 +109,14 @@ def _on_ping(vehicle: Vehicle, frame: Frame, peer: int) -> None:
 
 def _on_mission(vehicle: Vehicle, frame: Frame, peer: int) -> None:
     missions.receive(vehicle, frame, peer)
+
+
+def _on_setup_signing(vehicle: Vehicle, frame: Frame, _: int) -> None:
+    """A new key, or none (zero key and zero time stamp). Once there is a key, only a signed message gets here."""
+    if vehicle.armed:
+        vehicle.say(Severity.ERROR, "ERROR: Won't setup signing when armed")
+        return
+    vehicle.signer.set_key(bytes(frame["secret_key"]), frame["initial_timestamp"])
 
 
 _RECEIVE: dict[str, Callable[[Vehicle, Frame, int], None]] = {
@@ -115,6 +130,8 @@ _RECEIVE: dict[str, Callable[[Vehicle, Frame, int], None]] = {
     "PARAM_REQUEST_READ": _on_param_read,
     "PARAM_SET": _on_param_set,
     "REQUEST_DATA_STREAM": _on_data_stream,
+    "REQUEST_EVENT": events.requested,
+    "SETUP_SIGNING": _on_setup_signing,
     "TIMESYNC": _on_timesync,
     "PING": _on_ping,
     "MISSION_COUNT": _on_mission,

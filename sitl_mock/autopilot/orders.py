@@ -33,6 +33,7 @@ class Verdict:
 
     result: Result
     text: str = ""
+    then_s: float = 0.0  # IN_PROGRESS: ACCEPTED follows so much later
 
 
 DONE = Verdict(Result.ACCEPTED)

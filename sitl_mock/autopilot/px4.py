@@ -7,6 +7,7 @@ from math import degrees, radians
 from typing import TYPE_CHECKING
 
 from sitl_mock.autopilot.constants import Result
+from sitl_mock.autopilot.fence import FenceRule
 from sitl_mock.autopilot.flavour import BatteryRule, Defaults, Flavour, LinkRule, ReturnPlan
 from sitl_mock.autopilot.modes import PX4_MODES, ModeTable
 from sitl_mock.autopilot.parameters import Encoding, ParamTable, ParamType
@@ -121,6 +122,19 @@ def _link_rule(params: ParamTable) -> LinkRule:
     return LinkRule(action is not None, params["COM_DL_LOSS_T"], 0, action or "AUTO.LOITER", text)
 
 
+def _fence_rule(params: ParamTable) -> FenceRule:
+    """GF_ACTION 0 none, 1 warning, 2 hold, 3 return, 4 terminate, 5 land; uploaded fences count always."""
+    action = int(params["GF_ACTION"])
+    return FenceRule(
+        enabled=action != 0,
+        max_alt_m=params["GF_MAX_VER_DIST"],
+        max_distance_m=params["GF_MAX_HOR_DIST"],
+        polygons=True,
+        mode={2: "AUTO.LOITER", 3: "AUTO.RTL", 5: "AUTO.LAND"}.get(action),
+        terminates=action == 4,
+    )
+
+
 # MISSION_FLOAT, MISSION_INT, COMMAND_INT, PARAM_ENCODE_BYTEWISE, FTP excluded, SET_ATTITUDE_TARGET,
 # SET_POSITION_TARGET_LOCAL and _GLOBAL, FLIGHT_TERMINATION, MAVLINK2, FENCE, RALLY.
 _CAPABILITIES = 1 | 4 | 8 | 16 | 128 | 256 | 2048 | 8192 | 16384 | 32768
@@ -138,10 +152,13 @@ PX4 = Flavour(
     return_plan=_return_plan,
     battery_rule=_battery_rule,
     link_rule=_link_rule,
+    fence_rule=_fence_rule,
+    unsigned=frozenset({"HEARTBEAT", "RADIO_STATUS"}),  # docs.px4.io, MAVLink message signing (PX4 1.17)
     default_streams_hz={  # MAVLINK_MODE_NORMAL, configure_streams_to_default (mavlink_main.cpp)
         "ALTITUDE": 1.0,
         "ATTITUDE": 15.0,
         "BATTERY_STATUS": 0.5,
+        "CURRENT_EVENT_SEQUENCE": 0.2,
         "ESTIMATOR_STATUS": 0.5,
         "EXTENDED_SYS_STATE": 1.0,
         "GLOBAL_POSITION_INT": 5.0,

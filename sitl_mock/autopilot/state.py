@@ -6,9 +6,14 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import TYPE_CHECKING, Any
 
+from sitl_mock.autopilot import events
 from sitl_mock.autopilot.constants import AUTOPILOT_COMPONENT, Landed, Severity
+from sitl_mock.autopilot.events import Events
+from sitl_mock.autopilot.fence import FenceState
 from sitl_mock.autopilot.missions import Store
+from sitl_mock.faults.fault import Effects
 from sitl_mock.geodesy import Geodetic, to_geodetic
+from sitl_mock.wire.signing import Signer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -58,13 +63,13 @@ class Note:
     values: Mapping[str, Any]
 
 
-@dataclass(slots=True)
-class Faults:
-    """What is broken at present. The fault script flips these."""
+@dataclass(frozen=True, slots=True)
+class Later:
+    """A command's final verdict that is due at a time."""
 
-    arming_denied: str | None = None
-    gps_lost: bool = False
-    pilot_holds: bool = False  # the radio's mode switch wins over the ground station
+    due_s: float
+    peer: int
+    values: Mapping[str, Any]
 
 
 @dataclass(slots=True)
@@ -98,8 +103,27 @@ class Vehicle:
     link_heard_s: float | None = None
     link_lost: bool = False
     params_due: list[tuple[int, int]] = field(default_factory=list)  # peer, next index of its list
-    faults: Faults = field(default_factory=Faults)
+    faults: Effects = field(default_factory=Effects)
+    fence: FenceState = field(default_factory=FenceState)
+    events: Events = field(default_factory=Events)
+    signer: Signer = field(default_factory=Signer)
+    boot_s: float = 0.0  # simulated time of the last boot
+    gained_s: float = 0.0  # what its clock has gained on simulated time
+    glitching: bool = False
+    motors_told: int = 0
+    reboot_due_s: float | None = None
+    later: list[Later] = field(default_factory=list)
     notes: list[Note] = field(default_factory=list)
+
+    @property
+    def clock_s(self) -> float:
+        """Time since boot by its own clock: what time stamps show."""
+        return max(self.now_s - self.boot_s + self.gained_s, 0.0)
+
+    @property
+    def pilot_holds(self) -> bool:
+        """Whether the radio's mode switch wins over the ground station."""
+        return self.faults.pilot_mode is not None
 
     @property
     def ready(self) -> bool:
@@ -139,6 +163,10 @@ class Vehicle:
         """Answers one peer."""
         self.notes.append(Note(peer, name, values))
 
+    def tell(self, peer: int | None, name: str, values: Mapping[str, Any]) -> None:
+        """Sends a message to one peer, or to all (None)."""
+        self.notes.append(Note(peer, name, values))
+
     def enter(self, mode: Mode) -> None:
         """Changes the mode; what the old one was doing is forgotten."""
         self.mode, self.target, self.stage, self.stage_s = mode, None, "", self.now_s
@@ -154,8 +182,11 @@ class Vehicle:
         self.armed, self.armed_at_s = True, self.now_s
         if not self.flying:
             self.home_ned_m = self.body.pos_ned_m
+        events.tell(self, "commander_armed_by")
 
     def disarm(self, why: str) -> None:
         """Motors off."""
+        if self.armed:
+            events.tell(self, "commander_disarmed_by")
         self.armed, self.target, self.stage = False, None, ""
         self.say(Severity.INFO, why)

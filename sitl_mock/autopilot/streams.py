@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 _EPSILON_S = 1e-6
 # REQUEST_DATA_STREAM groups of ArduCopter (GCS_Mavlink.cpp), as far as the mock has them.
 GROUPS: dict[int, tuple[str, ...]] = {
-    2: ("SYS_STATUS", "MISSION_CURRENT", "GPS_RAW_INT", "POSITION_TARGET_GLOBAL_INT"),
+    2: ("SYS_STATUS", "MISSION_CURRENT", "GPS_RAW_INT", "POSITION_TARGET_GLOBAL_INT", "FENCE_STATUS"),
     6: ("GLOBAL_POSITION_INT", "LOCAL_POSITION_NED"),
     10: ("ATTITUDE",),
     11: ("VFR_HUD",),
@@ -23,7 +23,7 @@ ALL_GROUPS = 0
 class Streams:
     """The schedule of one vehicle's telemetry."""
 
-    def __init__(self, defaults_hz: Mapping[str, float], fastest_s: float) -> None:
+    def __init__(self, defaults_hz: Mapping[str, float], fastest_s: float, now_s: float = 0.0) -> None:
         """`fastest_s`: what is asked for faster is sent at this interval."""
         self._defaults_hz = dict(defaults_hz)
         self._fastest_s = fastest_s
@@ -31,7 +31,7 @@ class Streams:
         self._due_s: dict[str, float] = {}
         self._next_s = inf
         for name, rate_hz in defaults_hz.items():
-            self.set_interval(name, 1.0 / rate_hz, 0.0)
+            self.set_interval(name, 1.0 / rate_hz, now_s)
 
     def set_interval(self, name: str, interval_s: float, now_s: float) -> None:
         """Negative stops it, 0 returns to the default rate (none if it has none)."""

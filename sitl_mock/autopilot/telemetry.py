@@ -6,6 +6,7 @@ from math import degrees, hypot, nan, pi
 from typing import TYPE_CHECKING, Any
 
 from sitl_mock.autopilot.constants import HEXAROTOR, BaseMode, Sensor, SystemStatus
+from sitl_mock.autopilot.flight_commands import COMPASS_LIMIT_DEG
 from sitl_mock.autopilot.modes import Behaviour
 from sitl_mock.autopilot.state import PositionTarget, TakeoffTarget, Vehicle, VelocityTarget
 from sitl_mock.geodesy import to_geodetic
@@ -20,18 +21,21 @@ _EKF_GOOD = 0x33F  # EKF_STATUS_FLAGS: attitude to predicted absolute horizontal
 _EKF_NO_POSITION = 0xA7  # attitude, vertical, constant position mode
 _ESTIMATOR_GOOD = 0x33F
 _ESTIMATOR_NO_POSITION = 0x27
+_ESTIMATOR_GPS_GLITCH = 0x400
+_GLITCH_RATIO = 1.5  # an innovation beyond its gate
 _HEALTHY = (
     Sensor.GYRO | Sensor.ACCEL | Sensor.MAG | Sensor.PRESSURE | Sensor.GPS | Sensor.ATTITUDE | Sensor.YAW
-    | Sensor.ALTITUDE | Sensor.POSITION | Sensor.MOTORS | Sensor.AHRS | Sensor.BATTERY | Sensor.PREARM_CHECK
+    | Sensor.ALTITUDE | Sensor.POSITION | Sensor.MOTORS | Sensor.AHRS | Sensor.FENCE | Sensor.BATTERY
+    | Sensor.PREARM_CHECK
 )  # fmt: skip
 
 
 def _ms(vehicle: Vehicle) -> int:
-    return round(vehicle.now_s * 1000)
+    return round(vehicle.clock_s * 1000)
 
 
 def _us(vehicle: Vehicle) -> int:
-    return round(vehicle.now_s * 1e6)
+    return round(vehicle.clock_s * 1e6)
 
 
 def _i16(value: float) -> int:
@@ -41,7 +45,12 @@ def _i16(value: float) -> int:
 def heartbeat(vehicle: Vehicle) -> Values:
     base = vehicle.mode.base_mode | (BaseMode.ARMED if vehicle.armed else 0)
     status = SystemStatus.ACTIVE if vehicle.armed else SystemStatus.STANDBY
-    if vehicle.battery_stage or vehicle.link_lost or (vehicle.gps_lost_s is not None and vehicle.flying):
+    if (
+        vehicle.battery_stage
+        or vehicle.link_lost
+        or vehicle.faults.motors_out
+        or (vehicle.gps_lost_s is not None and vehicle.flying)
+    ):
         status = SystemStatus.CRITICAL
     elif not vehicle.armed and vehicle.now_s < 0.5 * vehicle.ready_at_s:
         status = SystemStatus.CALIBRATING
@@ -103,6 +112,14 @@ def _sys_status(vehicle: Vehicle) -> Values:
         health &= ~Sensor.GPS
     if vehicle.faults.arming_denied is not None or vehicle.battery_stage:
         health &= ~Sensor.PREARM_CHECK
+    if abs(vehicle.faults.compass_error_deg) > COMPASS_LIMIT_DEG:
+        health &= ~Sensor.MAG
+    if vehicle.faults.motors_out:
+        health &= ~Sensor.MOTORS
+    if vehicle.faults.cells_failed:
+        health &= ~Sensor.BATTERY
+    if vehicle.fence.breach:
+        health &= ~Sensor.FENCE
     return {
         "onboard_control_sensors_present": int(_HEALTHY),
         "onboard_control_sensors_enabled": int(_HEALTHY),
@@ -116,13 +133,12 @@ def _sys_status(vehicle: Vehicle) -> Values:
 
 def _battery_status(vehicle: Vehicle) -> Values:
     battery = vehicle.body.battery
-    cell_mv = round(battery.voltage_v / battery.cells * 1e3)
     return {
         "id": 0,
         "battery_function": 1,
         "type": 1,  # lithium polymer
-        "temperature": 32767,  # unknown
-        "voltages": tuple(cell_mv if i < battery.cells else 65535 for i in range(10)),
+        "temperature": round(battery.temperature_c * 100),
+        "voltages": tuple(round(v * 1e3) for v in battery.cell_v[:10]) + (65535,) * (10 - battery.cells),
         "current_battery": _i16(battery.current_a * 100),
         "current_consumed": round(battery.used_mah),
         "energy_consumed": round(battery.used_mah * vehicle.body.kind.battery_v * 3.6 / 100),  # hectojoule
@@ -132,7 +148,8 @@ def _battery_status(vehicle: Vehicle) -> Values:
 
 
 def _gps_raw(vehicle: Vehicle) -> Values:
-    place, vel = vehicle.body.place, vehicle.body.vel_ned_mps
+    (north, east, down), vel = vehicle.body.position.report
+    place = to_geodetic(vehicle.body.pad, north, east, -down)
     lost = vehicle.faults.gps_lost
     return {
         "time_usec": _us(vehicle),
@@ -145,6 +162,8 @@ def _gps_raw(vehicle: Vehicle) -> Values:
         "vel": round(hypot(vel[0], vel[1]) * 100),
         "cog": round(degrees(course_rad(vel[:2])) * 100) % 36000,
         "satellites_visible": 0 if lost else 10,
+        "h_acc": 0 if lost else round(vehicle.body.position.accuracy_m * 1e3),
+        "v_acc": 0 if lost else round(1.5e3 * vehicle.body.position.accuracy_m),
     }
 
 
@@ -176,20 +195,22 @@ def _ekf_status(vehicle: Vehicle) -> Values:
     return {
         "flags": _EKF_GOOD if vehicle.ready else _EKF_NO_POSITION,
         "velocity_variance": 0.02,
-        "pos_horiz_variance": 0.02,
+        "pos_horiz_variance": _GLITCH_RATIO if vehicle.body.position.doubting else 0.02,
         "pos_vert_variance": 0.01,
-        "compass_variance": 0.03,
+        "compass_variance": 0.03 + abs(vehicle.faults.compass_error_deg) / COMPASS_LIMIT_DEG,
     }
 
 
 def _estimator_status(vehicle: Vehicle) -> Values:
+    doubting = vehicle.body.position.doubting
+    flags = _ESTIMATOR_GOOD if vehicle.ready else _ESTIMATOR_NO_POSITION
     return {
         "time_usec": _us(vehicle),
-        "flags": _ESTIMATOR_GOOD if vehicle.ready else _ESTIMATOR_NO_POSITION,
+        "flags": flags | (_ESTIMATOR_GPS_GLITCH if doubting else 0),
         "vel_ratio": 0.02,
-        "pos_horiz_ratio": 0.02,
+        "pos_horiz_ratio": _GLITCH_RATIO if doubting else 0.02,
         "pos_vert_ratio": 0.01,
-        "mag_ratio": 0.03,
+        "mag_ratio": 0.03 + abs(vehicle.faults.compass_error_deg) / COMPASS_LIMIT_DEG,
         "hagl_ratio": nan,
         "tas_ratio": nan,
         "pos_horiz_accuracy": 0.5,
@@ -256,7 +277,17 @@ def _mission_current(vehicle: Vehicle) -> Values:
 
 
 def _system_time(vehicle: Vehicle) -> Values:
-    return {"time_unix_usec": round((EPOCH_S + vehicle.now_s) * 1e6), "time_boot_ms": _ms(vehicle)}
+    return {"time_unix_usec": round((EPOCH_S + vehicle.clock_s) * 1e6), "time_boot_ms": _ms(vehicle)}
+
+
+def _fence_status(vehicle: Vehicle) -> Values:
+    fence = vehicle.fence
+    return {
+        "breach_status": int(fence.breach != 0),
+        "breach_count": fence.count,
+        "breach_type": int(fence.breach),
+        "breach_time": round(fence.at_s * 1e3),
+    }
 
 
 BUILDERS: dict[str, Callable[[Vehicle], Values]] = {
@@ -266,6 +297,8 @@ BUILDERS: dict[str, Callable[[Vehicle], Values]] = {
     "BATTERY_STATUS": _battery_status,
     "EKF_STATUS_REPORT": _ekf_status,
     "ESTIMATOR_STATUS": _estimator_status,
+    "CURRENT_EVENT_SEQUENCE": lambda vehicle: {"sequence": vehicle.events.sequence},
+    "FENCE_STATUS": _fence_status,
     "EXTENDED_SYS_STATE": lambda vehicle: {"landed_state": int(vehicle.landed_state)},
     "GLOBAL_POSITION_INT": _global_position,
     "GPS_GLOBAL_ORIGIN": _origin,
@@ -278,7 +311,7 @@ BUILDERS: dict[str, Callable[[Vehicle], Values]] = {
     "POSITION_TARGET_LOCAL_NED": _target_echo_local,
     "SYSTEM_TIME": _system_time,
     "SYS_STATUS": _sys_status,
-    "TIMESYNC": lambda vehicle: {"tc1": 0, "ts1": round(vehicle.now_s * 1e9)},
+    "TIMESYNC": lambda vehicle: {"tc1": 0, "ts1": round(vehicle.clock_s * 1e9)},
     "VFR_HUD": _vfr_hud,
     "VIBRATION": lambda vehicle: {"time_usec": _us(vehicle)},
 }
@@ -287,7 +320,10 @@ _AFTER_READY = {
     "px4": {"HOME_POSITION", "GLOBAL_POSITION_INT", "LOCAL_POSITION_NED", "GPS_GLOBAL_ORIGIN"},
     "ardupilot": {"HOME_POSITION", "LOCAL_POSITION_NED", "GPS_GLOBAL_ORIGIN"},
 }
-_ONLY = {"px4": {"ESTIMATOR_STATUS", "ALTITUDE"}, "ardupilot": {"EKF_STATUS_REPORT"}}
+_ONLY = {
+    "px4": {"ESTIMATOR_STATUS", "ALTITUDE", "CURRENT_EVENT_SEQUENCE"},
+    "ardupilot": {"EKF_STATUS_REPORT", "FENCE_STATUS"},
+}
 
 
 def available(vehicle: Vehicle, name: str) -> bool:

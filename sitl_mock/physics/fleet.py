@@ -70,17 +70,20 @@ class Fleet:
     @property
     def used_j(self) -> Array:
         """[N] view: energy taken from the battery so far."""
-        return self._state[layout.USED_J]
+        row: Array = self._state[layout.USED_J]
+        return row
 
     @property
     def power_w(self) -> Array:
         """[N] view: present propulsion power."""
-        return self._state[layout.POWER_W]
+        row: Array = self._state[layout.POWER_W]
+        return row
 
     @property
     def yaw_rad(self) -> Array:
         """[N] view: where the nose points, clockwise from north."""
-        return self._state[layout.YAW]
+        row: Array = self._state[layout.YAW]
+        return row
 
     @property
     def command(self) -> Array:

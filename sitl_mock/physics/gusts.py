@@ -4,9 +4,10 @@ Chance is a function of seed, vehicle and step, not of a shared generator: the s
 whether it flies alone or among thousands, in one call or in many.
 """
 
+# ruff: noqa: PLR0917 - numba takes arrays, not objects
 from __future__ import annotations
 
-from math import cos, exp, log, pi, sin, sqrt
+from math import cos, exp, log, pi, sqrt
 
 import numpy as np
 from numba import njit
@@ -67,7 +68,7 @@ def _second_order(
     b[row + _B] = decay * (x2 + dt * x1) + q12 / root * eta_1 + sqrt(max(q22 - q12 * q12 / q11, 0.0)) * eta_2
     b[row] = decay * x1 + root * eta_1
     # H = sigma sqrt(a) (sqrt(3) / a) a^2 (s + a / sqrt(3)) / (s + a)^2 = sigma sqrt(a) (sqrt(3) x1' + ...)
-    return sigma_mps * sqrt(a) * (sqrt(3.0) * b[row] + a * (1.0 - sqrt(3.0)) * b[row + _B])
+    return sigma_mps * sqrt(a) * float(sqrt(3.0) * b[row] + a * (1.0 - sqrt(3.0)) * b[row + _B])
 
 
 @njit(cache=True)

@@ -9,6 +9,7 @@ The controls decide once a step (0.1 s); the attitude's response in it is exact,
 follows holds for the step, so that positions between two steps are exact too.
 """
 
+# ruff: noqa: PLR0917, SIM110 - numba takes arrays and loops, not objects and generators
 from __future__ import annotations
 
 from math import floor, pi, sqrt
@@ -39,7 +40,8 @@ _ACC_N, _ACC_E, _ACC_D = (B * (layout.ACCEL + i) for i in range(3))
 _YAW, _USED_J, _POWER_W = B * layout.YAW, B * layout.USED_J, B * layout.POWER_W
 _CMD_N, _CMD_E, _CMD_D, _CMD_YAW, _CMD_MOTORS = (B * (layout.COMMAND + i) for i in range(5))
 (_SPEED, _ACCEL, _JERK, _THRUST, _DRAG_1, _DRAG_2, _GAIN_P, _GAIN_I, _GAIN_POS, _PHI_11, _PHI_12, _PHI_21, _PHI_22,
- _UP, _DOWN, _ACCEL_Z, _JERK_Z, _GAIN_Z, _YAW_RATE, _SHAPE, _LINEAR, _SHAPE_Z, _LINEAR_Z) = (B * (layout.LIMITS + i) for i in range(len(PARAMETERS)))  # fmt: skip
+ _UP, _DOWN, _ACCEL_Z, _JERK_Z, _GAIN_Z, _YAW_RATE, _SHAPE, _LINEAR, _SHAPE_Z, _LINEAR_Z) = (
+    B * (layout.LIMITS + i) for i in range(len(PARAMETERS)))  # fmt: skip
 _STEADY_N, _STEADY_E = B * layout.STEADY_WIND, B * (layout.STEADY_WIND + 1)
 _WIND_N, _WIND_E, _WIND_D = (B * (layout.WIND + i) for i in range(3))
 _AIRSPEED = B * layout.AIRSPEED
@@ -329,7 +331,7 @@ def _run(
 
 
 @njit(cache=True, error_model="numpy")
-def advance(  # noqa: PLR0917 - numba takes arrays, not objects
+def advance(
     state: Array,
     command: Array,
     limits: Array,

@@ -30,6 +30,7 @@ class Frame:
     values: Mapping[str, Any]
     version: int = 2
     signed: bool = field(default=False)
+    raw: bytes = field(default=b"", repr=False)  # as received, with its signature
 
     def __getitem__(self, name: str) -> Any:
         return self.values[name]
@@ -79,11 +80,11 @@ def unpack_payload(definition: Definition, payload: bytes) -> dict[str, Any]:
     return values
 
 
-def encode(name: str, values: Mapping[str, Any], *, system: int, component: int, seq: int) -> bytes:
-    """One MAVLink 2 frame, unsigned."""
+def encode(name: str, values: Mapping[str, Any], *, system: int, component: int, seq: int, flags: int = 0) -> bytes:
+    """One MAVLink 2 frame without a signature; `flags` are the incompatibility flags."""
     definition = BY_NAME[name]
     payload = pack_payload(definition, values)
     msg_id = definition.msg_id
-    head = _HEADER.pack(MAGIC_V2, len(payload), 0, 0, seq & 0xFF, system, component, msg_id & 0xFFFF, msg_id >> 16)
+    head = _HEADER.pack(MAGIC_V2, len(payload), flags, 0, seq & 0xFF, system, component, msg_id & 0xFFFF, msg_id >> 16)
     body = head + payload
     return body + x25(body[1:] + bytes((definition.crc_extra,))).to_bytes(2, "little")

@@ -82,4 +82,12 @@ TABLE = """\
 244 MESSAGE_INTERVAL: u16 message_id, i32 interval_us
 245 EXTENDED_SYS_STATE: u8 vtol_state, u8 landed_state
 253 STATUSTEXT: u8 severity, char[50] text | u16 id, u8 chunk_seq
+162 FENCE_STATUS: u8 breach_status, u16 breach_count, u8 breach_type, u32 breach_time | u8 breach_mitigation
+256 SETUP_SIGNING: u8 target_system, u8 target_component, u8[32] secret_key, u64 initial_timestamp
+410 EVENT: u8 destination_component, u8 destination_system, u32 id, u32 event_time_boot_ms, u16 sequence, u8
+  log_levels, u8[40] arguments
+411 CURRENT_EVENT_SEQUENCE: u16 sequence, u8 flags
+412 REQUEST_EVENT: u8 target_system, u8 target_component, u16 first_sequence, u16 last_sequence
+413 RESPONSE_EVENT_ERROR: u8 target_system, u8 target_component, u16 sequence, u16 sequence_oldest_available, u8
+  reason
 """

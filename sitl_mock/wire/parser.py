@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from sitl_mock.wire.checksum import x25
 from sitl_mock.wire.definition import BY_ID
 from sitl_mock.wire.frame import MAGIC_V1, MAGIC_V2, Frame, unpack_payload
+from sitl_mock.wire.signing import SIGNATURE_SIZE, SIGNED_FLAG
 
-_SIGNED = 0x01  # the only incompatibility flag defined (https://mavlink.io/en/guide/serialization.html)
-_SIGNATURE_SIZE = 13
 _HEADER_V1, _HEADER_V2, _CRC = 6, 10, 2
 
 
@@ -40,11 +39,10 @@ class Parser:
         return frames
 
     def _next_magic(self, at: int) -> int:
-        start = at
-        while at < len(self._buffer) and self._buffer[at] not in (MAGIC_V1, MAGIC_V2):
-            at += 1
-        self.skipped_bytes += at - start
-        return at
+        places = (self._buffer.find(MAGIC_V2, at), self._buffer.find(MAGIC_V1, at))
+        found = min((place for place in places if place >= 0), default=len(self._buffer))
+        self.skipped_bytes += found - at
+        return found
 
     def _frame_size(self, at: int) -> int:
         """Size of the frame that starts here, 0 while too little of it is known."""
@@ -54,13 +52,13 @@ class Parser:
         length = self._buffer[at + 1]
         if self._buffer[at] == MAGIC_V1:
             return _HEADER_V1 + length + _CRC
-        signature = _SIGNATURE_SIZE if self._buffer[at + 2] & _SIGNED else 0
+        signature = SIGNATURE_SIZE if self._buffer[at + 2] & SIGNED_FLAG else 0
         return _HEADER_V2 + length + _CRC + signature
 
     def _frame(self, raw: bytes) -> Frame | bool:
         """The frame, True for a whole one that means nothing here, False for what is no frame at all."""
         v2 = raw[0] == MAGIC_V2
-        if v2 and raw[2] & ~_SIGNED:  # a flag that we don't know must not be guessed at
+        if v2 and raw[2] & ~SIGNED_FLAG:  # a flag that we don't know must not be guessed at
             return False
         header = _HEADER_V2 if v2 else _HEADER_V1
         msg_id = int.from_bytes(raw[7:10], "little") if v2 else raw[5]
@@ -75,4 +73,4 @@ class Parser:
             return False
         seq, system, component = raw[4:7] if v2 else raw[2:5]
         values = unpack_payload(definition, raw[header:end])
-        return Frame(definition.name, system, component, seq, values, 2 if v2 else 1, v2 and bool(raw[2]))
+        return Frame(definition.name, system, component, seq, values, 2 if v2 else 1, v2 and bool(raw[2]), raw)

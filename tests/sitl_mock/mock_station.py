@@ -25,6 +25,7 @@ class Station:
         self.target = index + 1
         self.mav = mav.MAVLink(io.BytesIO(), srcSystem=system, srcComponent=190)
         self._decoder = mav.MAVLink(io.BytesIO())
+        self._decoder.robust_parsing = True
         self.heard: list[Any] = []
 
     @property

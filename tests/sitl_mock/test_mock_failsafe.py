@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from mock_station import ARM, MODE, Station, fly, mav, station
 
 from sitl_mock.autopilot import ARDUPILOT
-from sitl_mock.faults import KINDS, Fault, FaultFileError, load
+from sitl_mock.faults import KINDS, Effects, Fault, FaultFileError, load
 from sitl_mock.link import Link
 
 if TYPE_CHECKING:
@@ -194,11 +194,13 @@ def test_good_fault_file_is_read(tmp_path: Path) -> None:
 @given(st.sampled_from(sorted(KINDS)), st.floats(0, 5), st.floats(0.01, 5))
 def test_every_fault_leaves_nothing_behind(kind: str, at_s: float, for_s: float) -> None:
     """After its end a fault has restored what it changed (a drained battery excepted)."""
-    fault = Fault(kind, 0, at_s, for_s, 0.0 if kind == "battery_drop" else 0.5, text="LOITER")
+    fault = Fault(
+        kind, 0, at_s, for_s, 0.0 if kind == "battery_drop" else 1.0 if KINDS[kind].whole else 0.5, text="LOITER"
+    )
     ground = station("ardupilot", faults=[fault])
     ground.run(10.2)
-    victim = ground.simulation._victims[0]
-    assert victim.up.quality.perfect
-    assert victim.down.quality.perfect
-    faults = ground.vehicle.faults
-    assert (faults.arming_denied, faults.gps_lost, faults.pilot_holds) == (None, False, False)
+    assert ground.simulation._up[0].quality.perfect
+    assert ground.simulation._down[0].quality.perfect
+    assert ground.vehicle.faults == Effects()
+    assert ground.vehicle.body.yaw_rad == pytest.approx(0.0)
+    assert ground.simulation.script.faults == {}

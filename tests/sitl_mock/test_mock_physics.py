@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from policy.world.energy import propulsion_power_w
-from sitl_mock.physics.fleet import STEP_S, STEP_TICKS, TICK_S, Air, Fleet, course_rad, wind_ne
+from sitl_mock.physics.fleet import STEP_S, TICK_S, Air, Fleet, course_rad, wind_ne
 from sitl_mock.physics.vehicle import ARDUQUAD, M600, PARAMETERS, VehicleType, lean_transition, parameter_column
 
 

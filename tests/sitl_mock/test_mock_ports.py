@@ -1,21 +1,22 @@
-"""The vehicles' UDP ports: who is answered, who is forgotten."""
+"""The ways to a vehicle: who is answered, who is forgotten."""
 
 from __future__ import annotations
 
+import os
 import socket
 from typing import TYPE_CHECKING
 
 import pytest
 
-from sitl_mock.ports import MAX_PEERS, Port, PortTakenError
+from sitl_mock.ports import MAX_PEERS, PortTakenError, SerialPort, TcpPort, UdpPort
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 
 @pytest.fixture
-def port() -> Iterator[Port]:
-    port = Port("127.0.0.1", 0, None)
+def port() -> Iterator[UdpPort]:
+    port = UdpPort("127.0.0.1", 0, None)
     yield port
     port.close()
 
@@ -27,7 +28,7 @@ def peer() -> socket.socket:
     return made
 
 
-def test_each_is_answered_alone_and_all_together(port: Port) -> None:
+def test_each_is_answered_alone_and_all_together(port: UdpPort) -> None:
     with peer() as one, peer() as two:
         one.sendto(b"1", port.address)
         two.sendto(b"2", port.address)
@@ -43,7 +44,7 @@ def test_each_is_answered_alone_and_all_together(port: Port) -> None:
 
 def test_the_longest_silent_is_forgotten_but_never_the_target() -> None:
     with peer() as target:
-        port = Port("127.0.0.1", 0, target.getsockname())
+        port = UdpPort("127.0.0.1", 0, target.getsockname())
         peers = [peer() for _ in range(MAX_PEERS)]
         try:
             received = []
@@ -64,6 +65,59 @@ def test_the_longest_silent_is_forgotten_but_never_the_target() -> None:
             port.close()
 
 
-def test_a_taken_port_says_so(port: Port) -> None:
+def test_a_taken_port_says_so(port: UdpPort) -> None:
     with pytest.raises(PortTakenError, match="--first-port"):
-        Port("127.0.0.1", port.address[1], None)
+        UdpPort("127.0.0.1", port.address[1], None)
+
+
+def _drained(port: TcpPort) -> list[bytes]:
+    return [received.data for received in port.drain()]
+
+
+def test_tcp_callers_are_peers_and_may_hang_up() -> None:
+    port = TcpPort("127.0.0.1", 0)
+    try:
+        with (
+            socket.create_connection(port.address, timeout=2) as one,
+            socket.create_connection(port.address, timeout=2),
+        ):
+            assert _drained(port) == []
+            assert _drained(port) == []  # one caller is taken a time
+            one.sendall(b"hello")
+            (first,) = port.drain()
+            assert first.data == b"hello"
+            port.send(first.peer, b"you")
+            port.send(None, b" all")
+            got = b""
+            while len(got) < 7:
+                got += one.recv(64)
+            assert got == b"you all"
+        gone = port.drain() + port.drain()
+        assert {received.forgotten for received in gone} == {1, 2}
+        assert port.drain() == []
+    finally:
+        port.close()
+
+
+def test_a_taken_tcp_port_says_so() -> None:
+    first = TcpPort("127.0.0.1", 0)
+    with pytest.raises(PortTakenError, match="--tcp-first-port"):
+        TcpPort("127.0.0.1", first.address[1])
+    first.close()
+
+
+def test_a_serial_line_carries_any_byte_both_ways() -> None:
+    port = SerialPort()
+    far = os.open(port.path, os.O_RDWR | os.O_NOCTTY)
+    every = bytes(range(256))
+    try:
+        os.write(far, every)
+        assert b"".join(received.data for received in port.drain()) == every
+        port.send(None, every)
+        assert os.read(far, 512) == every
+        os.close(far)
+        for _ in range(200):  # nobody reads: the buffer fills, nothing blocks
+            port.send(None, every)
+        assert port.dropped > 0
+    finally:
+        port.close()
