@@ -50,5 +50,8 @@ format: $(VENV)/.dev  ## let ruff put the sources in order
 bench: $(VENV)/.dev  ## measure decision times, steps per second, flights and setpoint periods; writes docs/bench.md
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/bench/run.py --out docs/bench.md
 
+train:  $(VENV)/.dev  ## train the default gcrl anew into runs/gcrl-default (long)
+	OMP_NUM_THREADS=1 $(BIN)/python -m policy.training --out runs/gcrl-default --episodes 360
+
 clean:  ## remove what was built
 	rm -rf $(VENV) .build gcs/dashboard/dist gcs/dashboard/node_modules reports runs artifacts

@@ -1,19 +1,29 @@
-"""The ``gcs`` command: every subcommand is imported when it is asked for."""
+"""The ``gcs`` command."""
 
+import importlib
 import sys
 from collections.abc import Sequence
 
 from gcs.cli.errors import OneLineParser
 
+COMMANDS = {
+    "fly": ("gcs.cli.fly", "add_fly_parser"),
+    "serve": ("gcs.cli.serve", "add_serve_parser"),
+    "keys": ("gcs.cli.keys", "add_keys_parser"),
+}
+"""Subcommand -> module and the function that adds its parser. A module is imported only for its own command."""
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Exit code 0 on success, 1 when a flight ended early, 2 on a usage or input error."""
+    words = list(sys.argv[1:] if argv is None else argv)
     parser = OneLineParser(prog="gcs", description="Ground control of UAV crowdsensing campaigns.")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=OneLineParser)
-    from gcs.cli.fly import add_fly_parser
-
-    add_fly_parser(commands)
-    args = parser.parse_args(argv)
+    wanted = [words[0]] if words and words[0] in COMMANDS else list(COMMANDS)
+    for name in wanted:
+        module, adder = COMMANDS[name]
+        getattr(importlib.import_module(module), adder)(commands)
+    args = parser.parse_args(words)
     return int(args.run(args))
 
 

@@ -2,7 +2,7 @@
 
 import uuid
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from gcs.flight_loop import FlightLoop
 from gcs.mission.manager import MissionManager
@@ -67,14 +67,26 @@ def make_order(
 ) -> CampaignOrder:
     """Read the users and make the planner. Raises MissionError and the policy's own errors, one line each."""
     scenario, traces = open_campaign(mission)
+    places: UserPlaces
     if traces is not None:
         user_ids, places = traces.user_ids, CampaignUsers(traces)
     elif live is not None:
-        scenario, user_ids, live_places = live(scenario)
-        return _order(mission, cast, campaign_id, settings, scenario, user_ids, live_places)
+        scenario, user_ids, places = live(scenario)
     else:
         mission.source.fail(("users", "source"), "is live: fly this mission from the server, which takes users' fixes")
-    return _order(mission, cast, campaign_id, settings, scenario, user_ids, places)
+    campaign_id = campaign_id or uuid.uuid4().hex[:12]
+    return CampaignOrder(
+        campaign_id=campaign_id,
+        name=mission.name,
+        policy=cast.policy.name,
+        scenario=scenario,
+        user_ids=user_ids,
+        places=places,
+        planner=make_planner(cast, campaign_id),
+        system_ids=cast.system_ids,
+        seed=cast.seed,
+        settings=settings or FlightSettings(),
+    )
 
 
 def make_loop(
@@ -105,27 +117,3 @@ def make_preparer(
         return make_order(mission, cast, campaign_id=request.campaign_id, live=users)
 
     return prepare
-
-
-def _order(
-    mission: Mission,
-    cast: Cast,
-    campaign_id: str | None,
-    settings: FlightSettings | None,
-    scenario: Scenario,
-    user_ids: tuple[str, ...],
-    places: UserPlaces,
-) -> CampaignOrder:
-    campaign_id = campaign_id or uuid.uuid4().hex[:12]
-    return CampaignOrder(
-        campaign_id=campaign_id,
-        name=mission.name,
-        policy=cast.policy.name,
-        scenario=replace(scenario),
-        user_ids=user_ids,
-        places=places,
-        planner=make_planner(cast, campaign_id),
-        system_ids=cast.system_ids,
-        seed=cast.seed,
-        settings=settings or FlightSettings(),
-    )

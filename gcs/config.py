@@ -80,7 +80,7 @@ def check_config(document: object, origin: str) -> ServerConfig:
         return ServerConfig.model_validate(document)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        section, *keys = map(str, first["loc"])
+        section, *keys = map(str, first["loc"] or ("file",))
         where = f"[{section}] {'.'.join(keys)}".strip()
         raise ConfigError(f"{origin}: {where}: {_words(first['type'], first['msg'])}") from None
 

@@ -172,7 +172,7 @@ class FlightLoop:
         self._snapshot = FlightSnapshot(
             time_s=now_s,
             tick=self._tick,
-            vehicles=tuple(self._link.vehicles().values()),
+            vehicles=tuple(self._manager.vehicles.values()),
             campaign=self._manager.snapshot(now_s),
             stopped=self._manager.emergency.latched,
             setpoint_period_s=period_s,
@@ -182,10 +182,14 @@ class FlightLoop:
     def _take_requests(self, now_s: float) -> None:
         while not self._jobs.empty():
             job = self._jobs.get()
+            if not job.future.set_running_or_notify_cancel():
+                continue  # nobody waits for it any more
             try:
                 outcome = self._act(job, now_s)
             except Refused as refusal:
                 outcome = RequestOutcome(False, str(refusal))
+                if job.order is not None:
+                    job.order.planner.close()
             self._note(job.request, outcome, now_s)
             if outcome is not None:
                 job.future.set_result(outcome)

@@ -1,11 +1,11 @@
-"""``python -m policy``: evaluate, train and serve policies."""
+"""``python -m policy``: evaluate, train, tabulate and serve policies."""
 
 import os
 import sys
 from collections.abc import Sequence
 
 from policy.agents.registry import UnknownPolicyError
-from policy.cli import evaluate, serve, train
+from policy.cli import evaluate, serve, tables, train
 from policy.cli.arguments import USAGE_ERROR, CommandError, Parser
 from policy.evaluation.files import OutputError
 from policy.mission_file import MissionError
@@ -18,7 +18,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command. Exit codes: 0 done, 2 usage or input error (one line on stderr), 130 interrupted."""
     parser = Parser(prog="policy", description="Evaluate, train and serve policies of UAV crowdsensing missions.")
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
-    for command in (evaluate, train, serve):
+    for command in (evaluate, train, tables, serve):
         command.add_parser(commands)
     options = parser.parse_args(arguments)
     try:

@@ -26,7 +26,7 @@ Flags = NDArray[np.bool_]
 
 
 @njit(cache=True, error_model="numpy")
-def _serve(  # noqa: PLR0917 - numba takes arrays, not objects
+def _serve(
     uavs_m: Array,
     flying: Flags,
     users_m: Array,

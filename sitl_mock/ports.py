@@ -217,7 +217,7 @@ class SerialPort:
                 return received
             received.append(Received(1, data))
 
-    def send(self, peer: int | None, data: bytes) -> None:  # noqa: ARG002 - there is but one
+    def send(self, peer: int | None, data: bytes) -> None:
         """To the one at the other end; what its buffer has no room for is lost."""
         try:
             if os.write(self._near, data) < len(data):

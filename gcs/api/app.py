@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from typing import Any
 
 from fastapi import FastAPI, Security
 from fastapi.security import HTTPBearer
@@ -9,9 +10,11 @@ from starlette.types import Scope
 
 from gcs.api import page, problems
 from gcs.api.auth import Door, Gatekeeper, Refusal
+from gcs.api.bodies import ProblemDocument
 from gcs.api.context import ApiContext
 from gcs.api.guards import BodyLimit, SafeHeaders, SameOrigin
 from gcs.api.live_users import LiveCampaigns
+from gcs.api.problems import MEDIA_TYPE
 from gcs.api.routes import campaigns, drones, events, health, keys, live, reports, session, shelf, stream
 from gcs.api.settings import ApiSettings, is_loopback
 from gcs.api.stream_session import SnapshotSource
@@ -21,6 +24,19 @@ from gcs.store.store import Store
 
 REFUSALS_A_SECOND = 5  # in the audit log; strangers cannot fill the store, /metrics counts them all
 BEARER = HTTPBearer(auto_error=False, description="python -m gcs keys add makes one")  # for the documentation only
+
+PROBLEMS: dict[int | str, dict[str, Any]] = {
+    status: {"description": words, "content": {MEDIA_TYPE: {"schema": ProblemDocument.model_json_schema()}}}
+    for status, words in {
+        401: "no good key",
+        403: "the role is not enough",
+        404: "nothing there",
+        409: "the state forbids it",
+        413: "the body is too large",
+        422: "not understood",
+        503: "the flight loop did not answer",
+    }.items()
+}
 
 
 def create_app(
@@ -41,7 +57,7 @@ def create_app(
 
 def _include_routes(app: FastAPI) -> None:
     for module in (campaigns, reports, live, drones, shelf, events, keys, session):
-        app.include_router(module.router, prefix="/api/v1", dependencies=[Security(BEARER)])
+        app.include_router(module.router, prefix="/api/v1", dependencies=[Security(BEARER)], responses=PROBLEMS)
     app.include_router(stream.router, prefix="/api/v1")
     app.include_router(health.router)
 

@@ -57,7 +57,7 @@ class Door:
             return None
         text = presented_key(scope)
         actor = self._who(text)
-        if actor is None:
+        if actor is None or (text is None and not actor.role.allows(needed)):
             reason = "no key was given" if text is None else "this key is not known or was revoked"
             return Refusal(401, f"{reason}: send Authorization: Bearer KEY (python -m gcs keys add makes one)")
         if not actor.role.allows(needed):

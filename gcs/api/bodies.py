@@ -226,6 +226,18 @@ class Readiness(View):
     store_failures: int
 
 
+class ProblemDocument(View):
+    """RFC 9457, for the documentation; ``gcs.api.problems`` writes them."""
+
+    type: Literal["about:blank"] = "about:blank"
+    title: str
+    status: int
+    detail: str  # what is wrong, where, how to mend it
+    instance: str
+    errors: list[dict[str, str]] = []  # with 422: where and detail of each
+    state: str | None = None  # with 409 on a campaign
+
+
 class Liveness(View):
     """The process answers."""
 

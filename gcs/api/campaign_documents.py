@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
+from pydantic import ValidationError
+
 from gcs.api.bodies import MissionByName
 from gcs.api.problems import Problem
 from policy.mission_file import Mission, MissionError, list_missions, load_mission, open_campaign, parse_mission
@@ -10,25 +12,34 @@ from policy.mission_file import Mission, MissionError, list_missions, load_missi
 PATH_KEYS = (("users", "trace"), ("policy", "checkpoint"))
 
 
-def mission_from(body: MissionByName | Mapping[str, Any]) -> Mission:
+def mission_from(body: Mapping[str, Any]) -> Mission:
     """Checked and opened once, so that a missing trace is told now and not at take-off. 422 with the one line."""
     try:
-        mission = _by_name(body) if isinstance(body, MissionByName) else _by_document(body)
+        mission = _by_name(body) if "mission" in body else _by_document(body)
         open_campaign(mission)
     except MissionError as error:
         raise Problem(422, str(error)) from None
     return mission
 
 
-def _by_name(body: MissionByName) -> Mission:
+def _by_name(body: Mapping[str, Any]) -> Mission:
+    wish = _checked(body)
     known = list_missions()
-    if body.mission not in known:
+    if wish.mission not in known:
         raise Problem(422, f"mission: there is none of this name; known: {', '.join(sorted(known)) or 'none'}")
-    mission = load_mission(known[body.mission])
-    if body.policy is None:
+    mission = load_mission(known[wish.mission])
+    if wish.policy is None:
         return mission
-    document = {**mission.document, "policy": {**mission.document.get("policy", {}), "name": body.policy}}
-    return parse_mission(document, origin=body.mission, directory=mission.directory)
+    document = {**mission.document, "policy": {**mission.document.get("policy", {}), "name": wish.policy}}
+    return parse_mission(document, origin=wish.mission, directory=mission.directory)
+
+
+def _checked(body: Mapping[str, Any]) -> MissionByName:
+    try:
+        return MissionByName.model_validate(body)
+    except ValidationError as error:
+        first = error.errors(include_input=False, include_url=False)[0]
+        raise Problem(422, f"/{'/'.join(map(str, first['loc']))[:60]}: {first['msg']}") from None
 
 
 def _by_document(document: Mapping[str, Any]) -> Mission:

@@ -12,7 +12,7 @@ class IdleControl:
         """Empty."""
         return FlightSnapshot(time_s=0.0, tick=0)
 
-    def submit(self, request: OperatorRequest) -> Future[RequestOutcome]:  # noqa: ARG002 all are refused alike
+    def submit(self, request: OperatorRequest) -> Future[RequestOutcome]:
         """Refused, at once."""
         future: Future[RequestOutcome] = Future()
         future.set_result(RequestOutcome(False, "no drones are configured: name them under [drones] in the config"))

@@ -106,8 +106,8 @@ class Roster:
     users: LiveUsers
     num_users: int
 
-    def positions(self, sample: int) -> FloatArray:  # noqa: ARG002 a live user is only where he is now
-        """[M, 2] east, north metres, the newest known."""
+    def positions(self, sample: int) -> FloatArray:
+        """[M, 2] east, north metres, the newest known: a live user is only where he is now, whatever the sample."""
         return self.users.places()[: self.num_users]
 
 

@@ -1,10 +1,12 @@
 """uvicorn around the application: the port first, then the loop, in this thread or beside another one's work."""
 
 import errno
+import signal
 import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import FrameType
 
 import uvicorn
 from fastapi import FastAPI
@@ -48,8 +50,18 @@ def make_server(app: FastAPI) -> uvicorn.Server:
 
 
 def serve(app: FastAPI, listener: socket.socket) -> None:
-    """In this thread, until SIGINT or SIGTERM."""
-    make_server(app).run(sockets=[listener])
+    """In the main thread, until SIGINT or SIGTERM; returns, so that the caller can put its things away."""
+    before = signal.signal(signal.SIGTERM, _interrupt)  # uvicorn raises the signal again when it has stopped
+    try:
+        make_server(app).run(sockets=[listener])
+    except KeyboardInterrupt:
+        return
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _interrupt(_signal: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from gcs.ports import Event, Journal, Severity, SlotRecord
 class FlightLog:
     """ports.Journal; ``tell`` gets every caution and warning as one line."""
 
-    tell: Callable[[str], None] = lambda line: None
+    tell: Callable[[str], None] = lambda _line: None
     also: tuple[Journal, ...] = ()
     events: list[Event] = field(default_factory=list)
     slots: list[SlotRecord] = field(default_factory=list)

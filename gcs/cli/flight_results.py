@@ -75,7 +75,9 @@ def random_beside(flown: FlownCampaign) -> Metrics:
 
 def print_table(flown: FlownCampaign, metrics: Metrics, random: Metrics, console: Console) -> None:
     """The four metrics, flown, beside Random's."""
-    title = f"{flown.mission.name}: {flown.policy.name}, {flown.scenario.num_uavs} drones, {flown.records[-1].slot} slots"
+    title = (
+        f"{flown.mission.name}: {flown.policy.name}, {flown.scenario.num_uavs} drones, {flown.records[-1].slot} slots"
+    )
     table = Table(title=f"{title}, {flown.wall_s:.0f} s")
     table.add_column("metric")
     table.add_column("flown", justify="right")

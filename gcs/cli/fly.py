@@ -1,18 +1,21 @@
 """``gcs fly``: one campaign, headless, over real MAVLink sockets."""
 
 import argparse
-import datetime
+import datetime as dt
+import importlib
 import re
+import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from gcs.bootstrap import Cast, make_loop, make_order
+from gcs.bootstrap import Cast, make_loop, make_order, make_preparer
 from gcs.cli.errors import UsageError, complain
 from gcs.cli.flight_log import FlightLog
 from gcs.cli.flight_results import FlownCampaign, print_table, random_beside, trajectory_rows, write_report
@@ -23,12 +26,14 @@ from gcs.links.pymavlink_link import PymavlinkFleetLink
 from gcs.mission.order import CampaignOrder
 from gcs.mission.states import FINAL
 from gcs.ports import CampaignState, FlightClock, FlightSnapshot, OperatorRequest, RequestKind
-from policy.agents.registry import PolicyChoice
 from policy.evaluation.evaluate import policy_of
 from policy.evaluation.files import check_destination
 from policy.evaluation.results import write_result
 from policy.evaluation.trajectory import write_trajectory
 from policy.mission_file import Mission, load_mission
+
+if TYPE_CHECKING:
+    from gcs.cli.page_beside import Page
 
 PROGRAM = "gcs fly"
 GROUND_AMSL_M = 186.0  # of the mock's pads; any value flies, heights are above home
@@ -60,7 +65,11 @@ def run_fly(args: argparse.Namespace) -> int:
     """Exit code 0: flown to the end; 1: ended early; 2: could not begin."""
     try:
         return _fly(args)
-    except (ValueError, ClockError, OSError) as error:  # MissionError, OutputError, UnknownPolicyError ... are ValueErrors
+    except (
+        ValueError,
+        ClockError,
+        OSError,
+    ) as error:  # MissionError, OutputError, UnknownPolicyError ... are ValueErrors
         return complain(PROGRAM, error)
 
 
@@ -68,7 +77,6 @@ def run_fly(args: argparse.Namespace) -> int:
 class _Fleet:
     clock: FlightClock
     link: PymavlinkFleetLink
-    system_ids: tuple[int, ...]
 
 
 def _fly(args: argparse.Namespace) -> int:
@@ -79,19 +87,65 @@ def _fly(args: argparse.Namespace) -> int:
             path.parent.mkdir(parents=True, exist_ok=True)
             check_destination(path)
     agent = policy.build() if args.policy_url is None else None
-    console = Console(stderr=True)
+    drones = _drones(args, mission)
+    order = make_order(mission, Cast(tuple(drones), policy, agent, args.policy_url, args.seed))
+    if args.keep and args.serve is None:
+        raise UsageError("--keep leaves a page up and needs --serve")
     with ExitStack() as stack:
-        fleet = stack.enter_context(_fleet(args, mission))
-        cast = Cast(fleet.system_ids, policy, agent, args.policy_url, args.seed)
-        order = make_order(mission, cast)
-        progress = stack.enter_context(_progress(console))
+        page = _page(args, stack)
+        fleet = stack.enter_context(_fleet(args, mission, drones))
+        progress = stack.enter_context(_progress(Console(stderr=True)))
         log = FlightLog(tell=lambda line: progress.console.print(line, highlight=False, markup=False))
-        loop = make_loop(fleet.clock, fleet.link, log)
-        begun, begun_s = datetime.datetime.now(datetime.UTC), time.monotonic()
+        prepare = None
+        if page is not None:
+            log.also = (page.store.journal,)
+            prepare = make_preparer(tuple(drones), policy_url=args.policy_url)
+        loop = make_loop(fleet.clock, fleet.link, log, prepare)
+        if page is not None:
+            stack.enter_context(page.showing(loop, replace(mission, policy=policy.name), order.campaign_id))
+            key = f"operator key {page.settings.one_time_key}"
+            progress.console.print(f"page: {page.address}  {key}", highlight=False, markup=False, soft_wrap=True)
+        begun, begun_s = dt.datetime.now(dt.UTC), time.monotonic()
         last = _run(loop, order, progress)
-        flown = _flown(mission, policy, order, log, last, time.monotonic() - begun_s, begun.isoformat())
-        flown.violations.update(loop.violations())
-    return _conclude(args, flown)
+        assert last.campaign is not None
+        flown = FlownCampaign(
+            mission=mission,
+            policy=policy,
+            scenario=order.scenario,
+            seed=order.seed,
+            state=last.campaign.state,
+            reason=last.campaign.reason,
+            records=tuple(log.slots),
+            events=tuple(log.events),
+            violations=loop.violations(),
+            wall_s=time.monotonic() - begun_s,
+            begun_utc=begun.isoformat(),
+        )
+        progress.stop()
+        code = _conclude(args, flown)
+        if page is not None and args.keep:
+            _keep(loop, args, page.address)
+    return code
+
+
+def _page(args: argparse.Namespace, stack: ExitStack) -> "Page | None":
+    """The server's modules are loaded only for a flight that shows itself."""
+    if args.serve is None:
+        return None
+    module = importlib.import_module("gcs.cli.page_beside")
+    page: Page = stack.enter_context(module.open_page(args.serve))
+    return page
+
+
+def _keep(loop: FlightLoop, args: argparse.Namespace, address: str) -> None:
+    """The page and its drones stay until Ctrl-C; further campaigns may be started there."""
+    print(f"the page stays up at {address}; Ctrl-C ends it", flush=True)
+    try:
+        if args.speedup is None:
+            threading.Event().wait()  # as fast as possible would keep a core busy for nothing
+        loop.run()
+    except KeyboardInterrupt:
+        return
 
 
 def _run(loop: FlightLoop, order: CampaignOrder, progress: Progress) -> FlightSnapshot:
@@ -99,14 +153,13 @@ def _run(loop: FlightLoop, order: CampaignOrder, progress: Progress) -> FlightSn
     bar = progress.add_task("launching", total=order.scenario.slots)
     loop.start(order, "gcs fly")
     show = _bar(progress, bar)
-    while True:
-        try:
-            loop.run(until=show)
-        except KeyboardInterrupt:
-            progress.console.print("aborting: the drones return and land (Ctrl-C again to leave them to themselves)")
-            loop.submit(OperatorRequest(RequestKind.ABORT, "Ctrl-C"))
-            loop.run(until=show)
-        return loop.snapshot()
+    try:
+        loop.run(until=show)
+    except KeyboardInterrupt:
+        progress.console.print("aborting: the drones return and land (Ctrl-C again to leave them to themselves)")
+        loop.submit(OperatorRequest(RequestKind.ABORT, "Ctrl-C"))
+        loop.run(until=show)
+    return loop.snapshot()
 
 
 def _bar(progress: Progress, bar: TaskID) -> Callable[[FlightSnapshot], bool]:
@@ -124,58 +177,51 @@ def _bar(progress: Progress, bar: TaskID) -> Callable[[FlightSnapshot], bool]:
     return show
 
 
-def _flown(
-    mission: Mission,
-    policy: PolicyChoice,
-    order: CampaignOrder,
-    log: FlightLog,
-    last: FlightSnapshot,
-    wall_s: float,
-    begun_utc: str,
-) -> FlownCampaign:
-    assert last.campaign is not None
-    return FlownCampaign(
-        mission=mission,
-        policy=policy,
-        scenario=order.scenario,
-        seed=order.seed,
-        state=last.campaign.state,
-        reason=last.campaign.reason,
-        records=tuple(log.slots),
-        events=tuple(log.events),
-        violations={},
-        wall_s=wall_s,
-        begun_utc=begun_utc,
-    )
-
-
 def _conclude(args: argparse.Namespace, flown: FlownCampaign) -> int:
     console, metrics = Console(), flown.metrics
     if metrics is not None:
-        random = random_beside(flown)
-        print_table(flown, metrics, random, console)
         if args.json is not None:
             write_result(args.json, flown.result(metrics))
         if args.trajectory is not None:
             write_trajectory(args.trajectory, trajectory_rows(flown.records))
+        random = random_beside(flown)
+        print_table(flown, metrics, random, console)
         if args.report is not None:
             console.print(f"report: {write_report(flown, random, args.report)}", soft_wrap=True)
     if flown.state is CampaignState.DONE:
         return 0
     print_reason = f"the campaign is {flown.state} after {flown.records[-1].slot if flown.records else 0} slots"
-    Console(stderr=True).print(f"{PROGRAM}: {print_reason}: {flown.reason}", highlight=False, markup=False, soft_wrap=True)
+    Console(stderr=True).print(
+        f"{PROGRAM}: {print_reason}: {flown.reason}", highlight=False, markup=False, soft_wrap=True
+    )
     return 1
 
 
-@contextmanager
-def _fleet(args: argparse.Namespace, mission: Mission) -> Iterator[_Fleet]:
-    if args.drone and args.fleet:
+def _drones(args: argparse.Namespace, mission: Mission) -> dict[int, str | None]:
+    """System id -> address, in the order of the mission's UAVs; the mock's addresses come later."""
+    wanted = mission.scenario.num_uavs
+    if not args.drone:
+        return dict.fromkeys(range(1, wanted + 1))
+    if args.fleet:
         raise UsageError("--fleet mock and --drone exclude each other; give one of them")
+    if args.speedup is None:
+        raise UsageError("--speedup max needs --fleet mock; real drones fly in real time")
+    drones: dict[int, str | None] = dict(_drone(text) for text in args.drone)
+    if len(drones) != wanted:
+        raise UsageError(f"mission {mission.name!r} needs {wanted} drones; {len(drones)} given with --drone")
+    return drones
+
+
+@contextmanager
+def _fleet(args: argparse.Namespace, mission: Mission, drones: Mapping[int, str | None]) -> Iterator[_Fleet]:
+    addresses = {address: system_id for system_id, address in drones.items() if address is not None}
     with ExitStack() as stack:
-        if args.drone:
-            yield _real_fleet(args, mission, stack)
-        else:
+        if not addresses:
             yield _mock_fleet(args, mission, stack)
+            return
+        link = PymavlinkFleetLink(list(addresses), expected=addresses)
+        stack.callback(link.close)
+        yield _Fleet(RealClock(args.speedup), link)
 
 
 def _mock_fleet(args: argparse.Namespace, mission: Mission, stack: ExitStack) -> _Fleet:
@@ -189,19 +235,7 @@ def _mock_fleet(args: argparse.Namespace, mission: Mission, stack: ExitStack) ->
     stack.callback(link.close)
     clock = LockstepClock(mock.clock, args.speedup)
     stack.callback(clock.close)
-    return _Fleet(clock, link, tuple(sorted(mock.drones.values())))
-
-
-def _real_fleet(args: argparse.Namespace, mission: Mission, stack: ExitStack) -> _Fleet:
-    if args.speedup is None:
-        raise UsageError("--speedup max needs --fleet mock; real drones fly in real time")
-    drones = dict(_drone(text) for text in args.drone)
-    wanted = mission.scenario.num_uavs
-    if len(drones) != wanted:
-        raise UsageError(f"mission {mission.name!r} needs {wanted} drones; {len(drones)} given with --drone")
-    link = PymavlinkFleetLink(list(drones.values()), expected={address: sysid for sysid, address in drones.items()})
-    stack.callback(link.close)
-    return _Fleet(RealClock(args.speedup), link, tuple(drones))
+    return _Fleet(clock, link)
 
 
 def _drone(text: str) -> tuple[int, str]:

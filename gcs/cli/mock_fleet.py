@@ -80,7 +80,7 @@ def _start(options: MockOptions, errors: IO[str]) -> subprocess.Popen[str]:
     home = ",".join(f"{value:.7f}" for value in options.home)
     command = [sys.executable, "-m", "sitl_mock", "--count", str(options.count), "--flavour", options.flavour]
     command += ["--home", home, "--lockstep", "0", "--first-port", str(free_udp_ports(options.count)), *options.extra]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)  # noqa: S603  # our own module
 
 
 def _read_addresses(process: subprocess.Popen[str], count: int) -> MockFleet | None:
@@ -123,5 +123,3 @@ def _end(process: subprocess.Popen[str]) -> None:
             process.wait()
     if process.stdout is not None:
         process.stdout.close()
-
-

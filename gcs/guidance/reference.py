@@ -53,6 +53,7 @@ def slot_references(
     pos_m: FloatArray,
     vel_mps: FloatArray,
     vel_command_mps: FloatArray,
+    *,
     max_accel_mps2: float,
     slot_s: float,
     start_s: float,

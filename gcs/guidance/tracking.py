@@ -25,7 +25,7 @@ DEFAULT_GAINS = Gains()
 
 
 def follow(
-    track: UavTrack, reference: SlotReference, alt_home_m: float, max_speed_mps: float, now_s: float, gains: Gains
+    track: UavTrack, reference: SlotReference, alt_home_m: float, now_s: float, *, max_speed_mps: float, gains: Gains
 ) -> VelocitySetpoint:
     """The velocity that brings the UAV onto its reference: feed-forward ahead of the vehicle's lag, plus the error.
 

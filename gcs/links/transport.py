@@ -84,7 +84,7 @@ class UdpTransport:
             hint = "stop the program that holds it or choose another port"
             raise LinkError(f"cannot listen on '{self.address}': {error.strerror}; {hint}") from error
 
-    def read(self, now_s: float) -> list[tuple[Peer, bytes]]:  # noqa: ARG002 - the protocol passes the time
+    def read(self, now_s: float) -> list[tuple[Peer, bytes]]:
         """Every datagram that is waiting."""
         received: list[tuple[Peer, bytes]] = []
         while True:
@@ -138,7 +138,7 @@ class TcpTransport:
             received.append((self._where, data))
         return received
 
-    def write(self, data: bytes, peer: Peer | None) -> None:  # noqa: ARG002 - a stream has one peer
+    def write(self, data: bytes, peer: Peer | None) -> None:
         """Send; a broken or unfinished connection drops the bytes and is noticed by read."""
         if self._socket is not None:
             with contextlib.suppress(OSError):

@@ -4,13 +4,16 @@
 before it acts. A fault of one drone is that drone's; a fault of all is the campaign's, and everybody goes home.
 """
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 from gcs.fleet.track import make_track
 from gcs.guidance.tracking import approach
+from gcs.mission.campaign import Campaign
 from gcs.mission.drone import Control, Drone
 from gcs.mission.emergency import EmergencyStop
-from gcs.mission.order import CampaignOrder, fleet_limits, planning_scenario
+from gcs.mission.order import CampaignOrder
 from gcs.mission.script import Crew, Script
 from gcs.mission.slot_flight import SlotFlight
 from gcs.mission.states import ENDINGS, IN_FLIGHT, Trigger, is_allowed, next_state
@@ -34,40 +37,13 @@ from gcs.ports import (
     UavTrack,
     VehicleStatus,
 )
-from gcs.safety.envelope import envelope_of
-from gcs.safety.gate import GateAction, SafetyGate, SealedSetpoint, Wish
-from gcs.safety.monitor import ViolationMonitor
+from gcs.safety.gate import GateAction, SealedSetpoint, Wish
+
+GATE_QUIET_S = 5.0  # the gate has let a drone alone for so long: its next act is a new event
 
 
 class Refused(Exception):  # noqa: N818  # an outcome for the operator, not a defect
     """The operator's wish does not fit the present state; says why."""
-
-
-class Campaign:
-    """Everything about the campaign being flown; made at its start."""
-
-    def __init__(self, order: CampaignOrder, vehicles: Mapping[int, VehicleStatus], now_s: float) -> None:
-        self.order = order
-        known = [vehicles[i].limits for i in order.system_ids if i in vehicles]
-        self.limits = fleet_limits(order.scenario, known)
-        self.scenario = planning_scenario(order.scenario, self.limits, order.settings)
-        self.envelope = envelope_of(self.scenario, self.limits.max_accel_mps2)
-        self.gate = SafetyGate(self.envelope)
-        self.monitor = ViolationMonitor(self.envelope)
-        self.drones = tuple(_make_drone(order, index) for index in range(len(order.system_ids)))
-        self.state = CampaignState.READY
-        self.ending = Trigger.LANDED
-        self.reason = ""
-        self.slots: SlotFlight | None = None
-        self.records: list[SlotRecord] = []
-        self.gate_actions: dict[int, str] = {}
-
-
-def _make_drone(order: CampaignOrder, index: int) -> Drone:
-    scenario = order.scenario
-    layer_alt_m = scenario.altitude_m - scenario.layer_m * index
-    launch_m = (float(scenario.launch_enu_m[index, 0]), float(scenario.launch_enu_m[index, 1]))
-    return Drone(index, order.system_ids[index], layer_alt_m, launch_m)
 
 
 class MissionManager:
@@ -77,6 +53,7 @@ class MissionManager:
         self._link, self._journal, self._virtual = link, journal, virtual
         self.emergency = EmergencyStop()
         self.campaign: Campaign | None = None
+        self.vehicles: Mapping[int, VehicleStatus] = {}  # as seen at the newest step
         self._now_s = 0.0
 
     # --- what the operator may ask --------------------------------------------------------------------------------
@@ -93,7 +70,7 @@ class MissionManager:
             raise Refused(f"campaign {self._need().order.name!r} is being flown; abort it or wait for its end")
         if self.emergency.latched:
             raise Refused("the emergency stop is latched; reset it first")
-        self.campaign = Campaign(order, self._link.vehicles(), now_s)
+        self.campaign = Campaign(order, self._link.vehicles())
         order.planner.begin(self.campaign.scenario, order.seed)
         self._move(Trigger.START, "", actor)
         for drone in self.campaign.drones:
@@ -178,7 +155,7 @@ class MissionManager:
     def step(self, now_s: float) -> list[SealedSetpoint]:
         """Advance the campaign to ``now_s``; the setpoints to send."""
         self._now_s = now_s
-        vehicles = self._link.vehicles()
+        vehicles = self.vehicles = self._link.vehicles()
         for verdict in self.emergency.step(vehicles, self._link, now_s):
             self._event("command.verdict", f"hold: {verdict.result}", system_id=verdict.command.system_id)
         campaign = self.campaign
@@ -193,26 +170,7 @@ class MissionManager:
 
     def snapshot(self, now_s: float) -> CampaignSnapshot | None:
         """The campaign as it stands, frozen."""
-        campaign = self.campaign
-        if campaign is None:
-            return None
-        order, slots = campaign.order, campaign.slots
-        return CampaignSnapshot(
-            campaign_id=order.campaign_id,
-            name=order.name,
-            policy=order.policy,
-            state=campaign.state,
-            slot=slots.slot if slots is not None else 0,
-            slots=order.scenario.slots,
-            slot_s=order.scenario.slot_s,
-            slot_elapsed_s=slots.elapsed_s(now_s) if slots is not None and not slots.finished else 0.0,
-            reason=campaign.reason,
-            metrics=slots.metrics if slots is not None else None,
-            plans=slots.plans() if slots is not None else (),
-            latest=slots.latest if slots is not None else None,
-            decision_ms=slots.decision_ms if slots is not None else None,
-            explanation=slots.decision.explanation if slots is not None and slots.decision is not None else {},
-        )
+        return self.campaign.snapshot(now_s) if self.campaign is not None else None
 
     def _observe(self, campaign: Campaign, vehicles: Mapping[int, VehicleStatus], now_s: float) -> None:
         frame = campaign.scenario.area.frame
@@ -240,8 +198,8 @@ class MissionManager:
             failure = drone.script.run(drone, crew, now_s)
             if failure is not None:
                 self._script_failed(campaign, drone, failure.reason)
-            elif drone.script.finished:
-                drone.halted = False
+            else:
+                drone.halted = drone.halted and not drone.script.finished
 
     def _script_failed(self, campaign: Campaign, drone: Drone, reason: str) -> None:
         if campaign.state is CampaignState.LAUNCHING:
@@ -256,18 +214,24 @@ class MissionManager:
 
     def _advance(self, campaign: Campaign, now_s: float) -> None:
         """What the present state does at each tick."""
-        if campaign.state is CampaignState.LAUNCHING and all(d.script.finished for d in campaign.drones):
-            self._move(Trigger.LAUNCHED)
-            for drone in campaign.drones:
-                drone.active = True
-            self._check_batteries(campaign)
-            campaign.slots = SlotFlight(campaign.order, campaign.scenario, campaign.drones, now_s, self._virtual)
-            self._record_slot(campaign, campaign.slots.latest)
-        if campaign.state is CampaignState.FLYING:
-            self._fly(campaign, now_s)
-        if campaign.state is CampaignState.RECOVERING and all(_is_settled(d) for d in campaign.drones):
-            self._move(campaign.ending, campaign.reason)
-            campaign.order.planner.close()
+        match campaign.state:
+            case CampaignState.LAUNCHING if all(drone.script.finished for drone in campaign.drones):
+                self._begin_slots(campaign, now_s)
+            case CampaignState.FLYING:
+                self._fly(campaign, now_s)
+            case CampaignState.RECOVERING if all(_is_settled(drone) for drone in campaign.drones):
+                self._move(campaign.ending, campaign.reason)
+                campaign.order.planner.close()
+            case _:
+                pass
+
+    def _begin_slots(self, campaign: Campaign, now_s: float) -> None:
+        self._move(Trigger.LAUNCHED)
+        for drone in campaign.drones:
+            drone.active = True
+        campaign.slots = SlotFlight(campaign.order, campaign.scenario, campaign.drones, now_s, virtual=self._virtual)
+        self._record_slot(campaign, campaign.slots.latest)
+        self._check_batteries(campaign)
 
     def _fly(self, campaign: Campaign, now_s: float) -> None:
         slots = campaign.slots
@@ -307,11 +271,17 @@ class MissionManager:
     # --- setpoints ------------------------------------------------------------------------------------------------
 
     def _setpoints(self, campaign: Campaign, now_s: float) -> list[SealedSetpoint]:
-        wishes = []
-        for drone in campaign.drones:
-            if drone.is_streamed and drone.track is not None:
-                wishes.append(self._wish(campaign, drone, drone.track, now_s))
-        others = [d.track for d in campaign.drones if d.track is not None and not d.is_streamed and d.is_airborne]
+        wishes = [
+            self._wish(campaign, drone, drone.track, now_s)
+            for drone in campaign.drones
+            if drone.is_streamed and drone.track is not None
+        ]
+        # A drone that its autopilot takes up or down levels off where it was told to: its climb is no threat.
+        others = [
+            replace(drone.track, vel_up_mps=0.0)
+            for drone in campaign.drones
+            if drone.track is not None and not drone.is_streamed and drone.is_airborne
+        ]
         sealed = campaign.gate.judge(wishes, others)
         for safe in sealed:
             self._note_gate(campaign, safe)
@@ -333,13 +303,15 @@ class MissionManager:
         return Wish(setpoint, track)
 
     def _note_gate(self, campaign: Campaign, safe: SealedSetpoint) -> None:
-        """One event when the gate starts to act on a drone, none while it goes on."""
+        """One event when the gate begins to act on a drone, none while it goes on with short breaks."""
+        if safe.action is GateAction.PASSED or "limit" in safe.reason:
+            return
         system_id = safe.setpoint.system_id
-        acting = "" if safe.action in {GateAction.PASSED} or not safe.reason else safe.reason
-        if acting and campaign.gate_actions.get(system_id) != acting and "limit" not in acting:
+        reason, last_s = campaign.gate_acts.get(system_id, ("", -math.inf))
+        if reason != safe.reason or self._now_s - last_s > GATE_QUIET_S:
             kind = f"gate.{safe.action}"
-            self._event(kind, f"drone {system_id} {safe.action} by the gate: {acting}", system_id=system_id)
-        campaign.gate_actions[system_id] = acting
+            self._event(kind, f"drone {system_id} {safe.action} by the gate: {safe.reason}", system_id=system_id)
+        campaign.gate_acts[system_id] = (safe.reason, self._now_s)
 
     # --- changes --------------------------------------------------------------------------------------------------
 

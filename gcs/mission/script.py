@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, ClassVar
 
 from gcs.ports import FleetLink
 
@@ -37,19 +37,32 @@ class Crew:
     size_m: tuple[float, float]
 
 
-class Step(Protocol):
-    """One thing to be done by one drone. ``timeout_s`` is on the flight clock."""
+@dataclass(frozen=True)
+class Moment:
+    """One step of one drone at one tick; ``after_s`` since the step began."""
 
-    @property
-    def name(self) -> str: ...
+    drone: Drone
+    crew: Crew
+    now_s: float
+    after_s: float
 
-    @property
-    def timeout_s(self) -> float: ...
 
-    def begin(self, drone: Drone, crew: Crew) -> None: ...
+class Step:
+    """One thing to be done by one drone. Steps hold no state: they stand in tables and serve all drones."""
 
-    def check(self, drone: Drone, crew: Crew, now_s: float, since_s: float) -> Done | Failed | None:
+    what: ClassVar[str] = ""
+    timeout_s: float  # on the flight clock
+
+    def title(self) -> str:
+        """For the page and for error messages."""
+        return self.what
+
+    def begin(self, at: Moment) -> None:
+        """Set up what the step needs."""
+
+    def check(self, at: Moment) -> Done | Failed | None:
         """None while it goes on."""
+        raise NotImplementedError
 
 
 class Script:
@@ -67,19 +80,22 @@ class Script:
     @property
     def step_name(self) -> str:
         """What is being done, for the page and for error messages."""
-        return self._steps[0].name if self._steps else ""
+        return self._steps[0].title() if self._steps else ""
 
     def run(self, drone: Drone, crew: Crew, now_s: float) -> Failed | None:
         """Do what can be done now; a failure ends the script."""
         while self._steps:
             step = self._steps[0]
-            if self._since_s is None:
+            begins = self._since_s is None
+            since_s = now_s if self._since_s is None else self._since_s
+            at = Moment(drone, crew, now_s, now_s - since_s)
+            if begins:
                 self._since_s = now_s
-                step.begin(drone, crew)
-            outcome = step.check(drone, crew, now_s, self._since_s)
-            if outcome is None and now_s - self._since_s > step.timeout_s:
+                step.begin(at)
+            outcome = step.check(at)
+            if outcome is None and at.after_s > step.timeout_s:
                 outcome = Failed(
-                    f"drone {drone.system_id}: {step.name} took more than {step.timeout_s:.0f} s{_words(drone)}"
+                    f"drone {drone.system_id}: {step.title()} took more than {step.timeout_s:.0f} s{last_words(drone)}"
                 )
             if isinstance(outcome, Failed):
                 self._steps.clear()
@@ -91,7 +107,7 @@ class Script:
         return None
 
 
-def _words(drone: Drone) -> str:
+def last_words(drone: Drone) -> str:
     """The vehicle's own newest words: 'takeoff denied' without a reason helps nobody."""
     texts = drone.status.texts if drone.status is not None else ()
     return f"; it last said: {texts[-1]!r}" if texts else ""

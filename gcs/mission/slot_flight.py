@@ -37,7 +37,7 @@ class SlotFlight:
     """From the first slot's start to the last one's end."""
 
     def __init__(
-        self, order: CampaignOrder, scenario: Scenario, drones: Sequence[Drone], now_s: float, virtual: bool
+        self, order: CampaignOrder, scenario: Scenario, drones: Sequence[Drone], now_s: float, *, virtual: bool
     ) -> None:
         """``scenario`` as these vehicles fly it; ``virtual``: time stands still while a decision is awaited."""
         self._order, self.scenario, self._drones = order, scenario, drones
@@ -54,6 +54,7 @@ class SlotFlight:
         self.decision_ms: float | None = None
         self._ticket: PlanTicket | None = None
         self._references: tuple[SlotReference, ...] | None = None
+        self._plans: tuple[UavPlan, ...] = ()
         self._paused_at_s: float | None = None
         self._slot_start_s = now_s
         self._begin_slot(now_s)
@@ -79,14 +80,9 @@ class SlotFlight:
 
     def plans(self) -> tuple[UavPlan, ...]:
         """What the active UAVs do in this slot, for the map; none while holding."""
-        if self._references is None or self.decision is None:
+        if self._references is None:
             return ()
-        action = self.decision.action
-        return tuple(
-            UavPlan(d.system_id, float(action.heading_rad[d.index]), float(action.speed_mps[d.index]), path.outline())
-            for d, path in zip(self._drones, self._references, strict=True)
-            if d.active
-        )
+        return tuple(plan for drone, plan in zip(self._drones, self._plans, strict=True) if drone.active)
 
     def measure(self, now_s: float) -> None:
         """Every tick, paused or not: energy and places as flown."""
@@ -133,7 +129,9 @@ class SlotFlight:
         gains, top_mps = self._settings.gains, self.scenario.max_speed_mps
         if self._paused_at_s is None and drone.active:
             if self._references is not None:
-                return follow(track, self._references[drone.index], drone.layer_alt_m, top_mps, now_s, gains)
+                return follow(
+                    track, self._references[drone.index], drone.layer_alt_m, now_s, max_speed_mps=top_mps, gains=gains
+                )
             if self._ticket is not None:  # within the grace: go on as before
                 return keep_velocity(track, self._entry_mps[drone.index], drone.layer_alt_m, top_mps, gains)
         if drone.goal is None:
@@ -183,9 +181,14 @@ class SlotFlight:
             self._entry_m,
             self._entry_vel_mps,
             np.asarray(answer.action.vel_enu_mps, dtype=np.float64),
-            self.scenario.max_accel_mps2,
-            self._slot_start_s + self.scenario.slot_s - self._plan_start_s,
-            self._plan_start_s,
+            max_accel_mps2=self.scenario.max_accel_mps2,
+            slot_s=self._slot_start_s + self.scenario.slot_s - self._plan_start_s,
+            start_s=self._plan_start_s,
+        )
+        heading, speed = answer.action.heading_rad, answer.action.speed_mps
+        self._plans = tuple(
+            UavPlan(drone.system_id, float(heading[i]), float(speed[i]), self._references[i].outline())
+            for i, drone in enumerate(self._drones)
         )
         return None
 

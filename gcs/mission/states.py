@@ -21,7 +21,7 @@ class Trigger(StrEnum):
     LANDED_FAILED = "landed_failed"
 
 
-class IllegalTransition(RuntimeError):
+class IllegalTransitionError(RuntimeError):
     """A trigger that the present state does not know."""
 
 
@@ -69,4 +69,4 @@ def next_state(state: CampaignState, trigger: Trigger) -> CampaignState:
         return TRANSITIONS[(state, trigger)]
     except KeyError:
         known = ", ".join(sorted(t for s, t in TRANSITIONS if s is state)) or "nothing"
-        raise IllegalTransition(f"a campaign that is {state} does not {trigger}; it knows: {known}") from None
+        raise IllegalTransitionError(f"a campaign that is {state} does not {trigger}; it knows: {known}") from None

@@ -6,10 +6,11 @@ velocity sent before the altitude is reached cancels the climb.
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from gcs.fleet.track import is_link_lost
 from gcs.mission.drone import Control, Drone, Goal
-from gcs.mission.script import Crew, Done, Failed, Step
+from gcs.mission.script import Done, Failed, Moment, Step, last_words
 from gcs.ports import CommandKind, FlightMode, Landed, Verdict, VerdictResult
 
 ALTITUDE_REACHED_M = 1.0
@@ -20,214 +21,193 @@ DISARM_PATIENCE_S = 15.0  # ArduPilot disarms 2 s after touch-down (measured), P
 
 
 @dataclass(frozen=True)
-class Ready:
+class Ready(Step):
     """Wait for the vehicle's own flags, not for an ACK: arming succeeds before the position is good (measured)."""
 
     timeout_s: float
-    name: str = "getting ready"
+    what: ClassVar[str] = "getting ready"
 
-    def begin(self, drone: Drone, crew: Crew) -> None:
-        """Nothing to set."""
-
-    def check(self, drone: Drone, crew: Crew, now_s: float, since_s: float) -> Done | Failed | None:
+    def check(self, at: Moment) -> Done | Failed | None:
         """Ready, or in a state that no campaign may start from."""
-        status, track = drone.status, drone.track
+        status, track = at.drone.status, at.drone.track
         if (
             status is None
             or track is None
-            or is_link_lost(status, now_s)
+            or is_link_lost(status, at.now_s)
             or track.is_stale
             or not status.position_ready
         ):
             return None
         if status.autopilot not in LAUNCH_STEPS:
-            return Failed(f"drone {drone.system_id} is neither PX4 nor ArduPilot ({status.autopilot})")
-        if drone.is_airborne:
-            return Failed(f"drone {drone.system_id} is in the air already; land it before a campaign starts")
-        if not (0.0 <= track.east_m <= crew.size_m[0] and 0.0 <= track.north_m <= crew.size_m[1]):
+            return Failed(f"drone {at.drone.system_id} is neither PX4 nor ArduPilot ({status.autopilot})")
+        if at.drone.is_airborne:
+            return Failed(f"drone {at.drone.system_id} is in the air already; land it before a campaign starts")
+        if not (0.0 <= track.east_m <= at.crew.size_m[0] and 0.0 <= track.north_m <= at.crew.size_m[1]):
             place = f"{track.east_m:.0f} m east, {track.north_m:.0f} m north of the area's corner"
-            return Failed(f"drone {drone.system_id} stands outside the area ({place}); move it or the area")
-        drone.pad_m = (track.east_m, track.north_m)
+            return Failed(f"drone {at.drone.system_id} stands outside the area ({place}); move it or the area")
+        at.drone.pad_m = (track.east_m, track.north_m)
         return Done()
 
 
 @dataclass(frozen=True)
-class Turn:
+class Turn(Step):
     """Wait until all are ready and the drone before has climbed clear; then go on as this autopilot wants it."""
 
     timeout_s: float = 3600.0
-    name: str = "waiting for its turn"
+    what: ClassVar[str] = "waiting for its turn"
 
-    def begin(self, drone: Drone, crew: Crew) -> None:
-        """Nothing to set."""
-
-    def check(self, drone: Drone, crew: Crew, now_s: float, since_s: float) -> Done | Failed | None:
+    def check(self, at: Moment) -> Done | Failed | None:
         """One after the other, the highest layer first."""
-        if any(other.pad_m is None for other in crew.drones):
+        if any(other.pad_m is None for other in at.crew.drones):
             return None
-        if drone.index > 0:
-            before = crew.drones[drone.index - 1].track
-            if before is None or before.alt_home_m < min(crew.settings.launch_gap_m, drone.layer_alt_m):
+        if at.drone.index > 0:
+            before = at.crew.drones[at.drone.index - 1].track
+            if before is None or before.alt_home_m < min(at.crew.settings.launch_gap_m, at.drone.layer_alt_m):
                 return None
-        assert drone.status is not None
-        return Done(then=LAUNCH_STEPS[drone.status.autopilot])
+        assert at.drone.status is not None
+        return Done(then=LAUNCH_STEPS[at.drone.status.autopilot])
 
 
 @dataclass(frozen=True)
-class Order:
+class Order(Step):
     """Command the vehicle; its refusal, after retries, is the step's failure and carries its words."""
 
     kind: CommandKind
     timeout_s: float = 60.0
 
-    @property
-    def name(self) -> str:
+    def title(self) -> str:
         """For messages."""
         return f"order {self.kind.value!r}"
 
-    def begin(self, drone: Drone, crew: Crew) -> None:
+    def begin(self, at: Moment) -> None:
         """Landing and returning are flown by the autopilot."""
-        drone.forget_orders()
+        at.drone.forget_orders()
 
-    def check(self, drone: Drone, crew: Crew, now_s: float, since_s: float) -> Done | Failed | None:
+    def check(self, at: Moment) -> Done | Failed | None:
         """Until the final verdict."""
-        verdict = drone.order(self.kind, crew.link, now_s)
+        verdict = at.drone.order(self.kind, at.crew.link, at.now_s)
         if verdict is None:
             return None
         if not verdict.accepted:
             return Failed(refusal(verdict))
         if self.kind in {CommandKind.LAND, CommandKind.RETURN}:
-            drone.control = Control.AUTOPILOT
+            at.drone.control = Control.AUTOPILOT
         return Done()
 
 
 @dataclass(frozen=True)
-class Climb:
+class Climb(Step):
     """Wait until the layer is reached; nothing is sent meanwhile."""
 
     timeout_s: float = 300.0
-    name: str = "climbing to its layer"
+    what: ClassVar[str] = "climbing to its layer"
 
-    def begin(self, drone: Drone, crew: Crew) -> None:
-        """Nothing to set."""
-
-    def check(self, drone: Drone, crew: Crew, now_s: float, since_s: float) -> Done | Failed | None:
+    def check(self, at: Moment) -> Done | Failed | None:
         """Reached, or the motors stopped, or no way up."""
-        if drone.track is None or drone.status is None:
+        if at.drone.track is None or at.drone.status is None:
             return None
-        if drone.track.alt_home_m >= drone.layer_alt_m - ALTITUDE_REACHED_M:
+        if at.drone.track.alt_home_m >= at.drone.layer_alt_m - ALTITUDE_REACHED_M:
             return Done()
-        after_s = now_s - since_s
-        if after_s > 5.0 and not drone.status.armed:
-            return Failed(f"drone {drone.system_id} disarmed during take-off{_last_words(drone)}")
-        if after_s > 30.0 + drone.layer_alt_m / SLOWEST_CLIMB_MPS:
-            stuck = f"stuck at {drone.track.alt_home_m:.0f} of {drone.layer_alt_m:.0f} m"
-            return Failed(f"drone {drone.system_id} does not climb, {stuck}{_last_words(drone)}")
+        if at.after_s > 5.0 and not at.drone.status.armed:
+            return Failed(f"drone {at.drone.system_id} disarmed during take-off{last_words(at.drone)}")
+        if at.after_s > 30.0 + at.drone.layer_alt_m / SLOWEST_CLIMB_MPS:
+            stuck = f"stuck at {at.drone.track.alt_home_m:.0f} of {at.drone.layer_alt_m:.0f} m"
+            return Failed(f"drone {at.drone.system_id} does not climb, {stuck}{last_words(at.drone)}")
         return None
 
 
 @dataclass(frozen=True)
-class Prime:
+class Prime(Step):
     """Stream velocities that hold the place until the vehicle may be switched over."""
 
     timeout_s: float = 30.0
-    name: str = "priming the setpoint stream"
+    what: ClassVar[str] = "priming the setpoint stream"
 
-    def begin(self, drone: Drone, crew: Crew) -> None:
+    def begin(self, at: Moment) -> None:
         """Hold where it is, at its layer."""
-        drone.control = Control.STREAM
-        drone.goal = _goal_here(drone, crew)
+        at.drone.control = Control.STREAM
+        at.drone.goal = _goal_here(at)
 
-    def check(self, drone: Drone, crew: Crew, now_s: float, since_s: float) -> Done | Failed | None:
+    def check(self, at: Moment) -> Done | Failed | None:
         """Long enough."""
-        return Done() if now_s - since_s >= crew.settings.prime_s else None
+        return Done() if at.after_s >= at.crew.settings.prime_s else None
 
 
 @dataclass(frozen=True)
-class Obeying:
+class Obeying(Step):
     """Wait until the vehicle's heartbeat shows that it follows our velocities."""
 
     timeout_s: float = 10.0
-    name: str = "switching to guided flight"
+    what: ClassVar[str] = "switching to guided flight"
 
-    def begin(self, drone: Drone, crew: Crew) -> None:
-        """Nothing to set."""
-
-    def check(self, drone: Drone, crew: Crew, now_s: float, since_s: float) -> Done | Failed | None:
+    def check(self, at: Moment) -> Done | Failed | None:
         """The mode, not the ACK."""
-        if drone.status is None or drone.status.mode is not FlightMode.GUIDED:
+        if at.drone.status is None or at.drone.status.mode is not FlightMode.GUIDED:
             return None
-        drone.control = Control.GUIDED
+        at.drone.control = Control.GUIDED
         return Done()
 
 
 @dataclass(frozen=True)
-class FlyTo:
+class FlyTo(Step):
     """Fly to the launch point or home to the pad, in the drone's own layer, straight."""
 
     home: bool
     timeout_s: float = 900.0
 
-    @property
-    def name(self) -> str:
+    def title(self) -> str:
         """For messages."""
         return "flying home" if self.home else "flying to its launch point"
 
-    def begin(self, drone: Drone, crew: Crew) -> None:
+    def begin(self, at: Moment) -> None:
         """Set the goal."""
-        point_m = drone.pad_m if self.home and drone.pad_m is not None else drone.launch_m
-        drone.goal = Goal(point_m, drone.layer_alt_m, crew.settings.transit_speed_mps)
+        point_m = at.drone.pad_m if self.home and at.drone.pad_m is not None else at.drone.launch_m
+        at.drone.goal = Goal(point_m, at.drone.layer_alt_m, at.crew.settings.transit_speed_mps)
 
-    def check(self, drone: Drone, crew: Crew, now_s: float, since_s: float) -> Done | Failed | None:
+    def check(self, at: Moment) -> Done | Failed | None:
         """Within reach; the landing wants it closer and slow."""
-        if drone.track is None or drone.goal is None:
+        if at.drone.track is None or at.drone.goal is None:
             return None
-        east_m, north_m = drone.goal.point_m
-        distance_m = math.hypot(drone.track.east_m - east_m, drone.track.north_m - north_m)
-        wanted_m = 1.0 if self.home else crew.settings.arrival_m
-        return Done() if distance_m <= wanted_m and drone.track.speed_mps < 1.0 else None
+        east_m, north_m = at.drone.goal.point_m
+        distance_m = math.hypot(at.drone.track.east_m - east_m, at.drone.track.north_m - north_m)
+        wanted_m = 1.0 if self.home else at.crew.settings.arrival_m
+        return Done() if distance_m <= wanted_m and at.drone.track.speed_mps < 1.0 else None
 
 
 @dataclass(frozen=True)
-class Descend:
+class Descend(Step):
     """Down over the pad under our velocity, once the drones below are clear."""
 
     timeout_s: float = 900.0
-    name: str = "descending to its pad"
+    what: ClassVar[str] = "descending to its pad"
 
-    def begin(self, drone: Drone, crew: Crew) -> None:
-        """The goal stands from flying home."""
-
-    def check(self, drone: Drone, crew: Crew, now_s: float, since_s: float) -> Done | Failed | None:
+    def check(self, at: Moment) -> Done | Failed | None:
         """Start when clear; done at the height where the autopilot lands by itself."""
-        if drone.track is None or drone.goal is None:
+        if at.drone.track is None or at.drone.goal is None:
             return None
-        handover_m = crew.settings.landing_handover_m
-        if all(_is_clear(drone, other) for other in crew.drones if other is not drone):
-            drone.goal.alt_home_m = handover_m
-        return Done() if drone.track.alt_home_m <= handover_m + ALTITUDE_REACHED_M else None
+        handover_m = at.crew.settings.landing_handover_m
+        if all(_is_clear(at.drone, other) for other in at.crew.drones if other is not at.drone):
+            at.drone.goal.alt_home_m = handover_m
+        return Done() if at.drone.track.alt_home_m <= handover_m + ALTITUDE_REACHED_M else None
 
 
 @dataclass(frozen=True)
-class Down:
+class Down(Step):
     """Wait until the vehicle has landed and disarmed itself; a vehicle that forgets to is told."""
 
     timeout_s: float = 300.0
-    name: str = "landing"
+    what: ClassVar[str] = "landing"
 
-    def begin(self, drone: Drone, crew: Crew) -> None:
-        """Nothing to set."""
-
-    def check(self, drone: Drone, crew: Crew, now_s: float, since_s: float) -> Done | Failed | None:
+    def check(self, at: Moment) -> Done | Failed | None:
         """Disarmed is what counts."""
-        if drone.status is None:
+        if at.drone.status is None:
             return None
-        if not drone.status.armed:
-            drone.landed = True
+        if not at.drone.status.armed:
+            at.drone.landed = True
             return Done()
-        on_ground = drone.status.landed is Landed.ON_GROUND
-        if on_ground and now_s - since_s > DISARM_PATIENCE_S:
-            drone.order(CommandKind.DISARM, crew.link, now_s, attempts=10)
+        on_ground = at.drone.status.landed is Landed.ON_GROUND
+        if on_ground and at.after_s > DISARM_PATIENCE_S:
+            at.drone.order(CommandKind.DISARM, at.crew.link, at.now_s, attempts=10)
         return None
 
 
@@ -272,9 +252,10 @@ def refusal(verdict: Verdict) -> str:
     return f"drone {drone} answered {order!r} with {verdict.result.value}{words}"
 
 
-def _goal_here(drone: Drone, crew: Crew) -> Goal:
+def _goal_here(at: Moment) -> Goal:
+    drone = at.drone
     point_m = (drone.track.east_m, drone.track.north_m) if drone.track is not None else drone.launch_m
-    return Goal(point_m, drone.layer_alt_m, crew.settings.transit_speed_mps)
+    return Goal(point_m, drone.layer_alt_m, at.crew.settings.transit_speed_mps)
 
 
 def _is_clear(drone: Drone, other: Drone) -> bool:
@@ -284,8 +265,3 @@ def _is_clear(drone: Drone, other: Drone) -> bool:
     apart_m = math.hypot(other.track.east_m - drone.track.east_m, other.track.north_m - drone.track.north_m)
     lower_m = drone.track.alt_home_m - other.track.alt_home_m
     return lower_m < 0.0 or lower_m >= CLEAR_BELOW_M or apart_m > PAD_NEIGHBOUR_M
-
-
-def _last_words(drone: Drone) -> str:
-    texts = drone.status.texts if drone.status is not None else ()
-    return f"; it last said: {texts[-1]!r}" if texts else ""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
-from gcs.ports import Event, SlotRecord
+from gcs.ports import CampaignState, Event, SlotRecord
 from policy.world.metrics import Metrics
 from policy.world.scenario import Scenario
 
@@ -53,6 +53,11 @@ class ReportData:
             raise ValueError("a report needs at least the record of slot 0; fly or load the campaign first")
         if any(later <= earlier for earlier, later in pairwise(slots)):
             raise ValueError(f"slot records must be in rising order, got slots {slots}")
+
+    @property
+    def ended_early(self) -> bool:
+        """It is over and did not come to its end."""
+        return self.state in {CampaignState.ABORTED, CampaignState.FAILED}
 
     @property
     def flown(self) -> tuple[SlotRecord, ...]:

@@ -16,7 +16,6 @@ from gcs.safety.envelope import Envelope
 from gcs.safety.rules import (
     Enu,
     Forecast,
-    brake_times_s,
     fence_hazard_m,
     forecast,
     is_far_from_bounds,
@@ -78,12 +77,21 @@ class Wish:
     track: UavTrack | None
 
 
+@dataclass(frozen=True)
+class _Case:
+    """A setpoint near a bound: as asked, and within the plain limits."""
+
+    setpoint: VelocitySetpoint
+    track: UavTrack
+    asked: Enu
+    vel: Enu
+
+
 class SafetyGate:
     """Judges a fleet's setpoints tick by tick. The order of the wishes is the right of way."""
 
     def __init__(self, envelope: Envelope) -> None:
         self.envelope = envelope
-        self._times_s = brake_times_s(envelope)
         self._last: dict[int, Enu] = {}
 
     def judge(self, wishes: Sequence[Wish], others: Sequence[UavTrack] = ()) -> list[SealedSetpoint]:
@@ -109,44 +117,48 @@ class SafetyGate:
         if not rivals and is_far_from_bounds(track, self.envelope):
             action = GateAction.PASSED if vel == asked else GateAction.SLOWED
             return self._seal(setpoint, track, vel, action, "" if vel == asked else "speed or climb limit")
-        return self._avoid(setpoint, track, asked, vel, rivals, forecasts)
+        return self._avoid(_Case(setpoint, track, asked, vel), rivals, forecasts)
 
-    def _avoid(
-        self,
-        setpoint: VelocitySetpoint,
-        track: UavTrack,
-        asked: Enu,
-        vel: Enu,
-        rivals: Sequence[UavTrack],
-        forecasts: dict[int, Forecast],
-    ) -> SealedSetpoint:
-        candidates = _candidates(vel)
+    def _avoid(self, case: _Case, rivals: Sequence[UavTrack], forecasts: dict[int, Forecast]) -> SealedSetpoint:
+        track, candidates, choice = case.track, _candidates(case.vel), 0
+        hazards, late = self._hazards(track, candidates[:1], rivals, forecasts)
+        cause = max(hazards, key=lambda name: float(np.max(hazards[name])))
+        if np.max(hazards[cause]) > 0.0:  # only now the other ways are worth looking at
+            hazards, late = self._hazards(track, candidates, rivals, forecasts)
+            choice = _choose(np.max(np.stack(list(hazards.values())), axis=0))
+        forecasts[track.system_id] = late.only(choice)
+        if choice == 0:
+            limited = case.vel != case.asked
+            action = GateAction.SLOWED if limited else GateAction.PASSED
+            return self._seal(case.setpoint, track, case.vel, action, "speed or climb limit" if limited else "")
+        east, north, up = (float(v) for v in candidates[choice])
+        return self._seal(case.setpoint, track, (east, north, up), _action(choice), cause)
+
+    def _hazards(
+        self, track: UavTrack, candidates: FloatArray, rivals: Sequence[UavTrack], forecasts: dict[int, Forecast]
+    ) -> tuple[dict[str, FloatArray], Forecast]:
+        """Depth beyond each bound [C, K]. A vehicle obeys at once or after the dead time: both must end well."""
+        envelope = self.envelope
         last = self._last.get(track.system_id, _velocity(track))
-        own = forecast(track, last, candidates, self.envelope, self._times_s)
+        ways = [forecast(track, last, candidates, envelope, dead_s) for dead_s in (envelope.reaction_s, 0.0)]
         hazards = {
-            "geofence": fence_hazard_m(own.path_m, self.envelope),
-            "obstacle": obstacle_hazard_m(own.path_m, self.envelope),
+            "geofence": np.maximum(*(fence_hazard_m(way.path_m, envelope) for way in ways)),
+            "obstacle": np.maximum(*(obstacle_hazard_m(way.path_m, envelope) for way in ways)),
         }
         for rival in rivals:
             other = self._rival_forecast(rival, forecasts)
-            gap = separation_hazard_m(own, track.alt_home_m, other, rival.alt_home_m, self.envelope)
-            hazards["separation"] = np.maximum(hazards.get("separation", gap), gap)
-        worst = np.max(np.stack(list(hazards.values())), axis=0)  # [C, K]
-        choice = _choose(worst)
-        east, north, up = (float(v) for v in candidates[choice])
-        forecasts[track.system_id] = own.only(choice)
-        if choice == 0:
-            limited = vel != asked
-            action = GateAction.SLOWED if limited else GateAction.PASSED
-            return self._seal(setpoint, track, vel, action, "speed or climb limit" if limited else "")
-        cause = max(hazards, key=lambda name: float(np.max(hazards[name][0])))
-        return self._seal(setpoint, track, (east, north, up), _action(choice), cause)
+            for way in ways:
+                gap = separation_hazard_m(way, track.alt_home_m, other, rival.alt_home_m, envelope)
+                hazards["separation"] = np.maximum(hazards.get("separation", gap), gap)
+        return hazards, ways[0]
 
     def _rival_forecast(self, rival: UavTrack, forecasts: dict[int, Forecast]) -> Forecast:
         """What another UAV does: judged already, or braking after what it was last told."""
         if rival.system_id not in forecasts:
             last = self._last.get(rival.system_id, _velocity(rival))
-            forecasts[rival.system_id] = forecast(rival, last, np.array([last]), self.envelope, self._times_s)
+            forecasts[rival.system_id] = forecast(
+                rival, last, np.array([last]), self.envelope, self.envelope.reaction_s
+            )
         return forecasts[rival.system_id]
 
     def _may_meet(self, track: UavTrack, other: UavTrack) -> bool:

@@ -70,20 +70,18 @@ def is_far_from_bounds(track: UavTrack, envelope: Envelope) -> bool:
     return all(_box_distance_m(east_m, north_m, polygon) > keep_m for polygon in envelope.obstacles)
 
 
-def forecast(
-    track: UavTrack, last_enu: Enu, candidates: FloatArray, envelope: Envelope, brake_times_s: FloatArray
-) -> Forecast:
-    """Dead time under the last velocity, one tick under each candidate [C, 3], then full braking."""
+def forecast(track: UavTrack, last_enu: Enu, candidates: FloatArray, envelope: Envelope, dead_s: float) -> Forecast:
+    """``dead_s`` under the last velocity, one tick under each candidate [C, 3], then full braking."""
     place, speed = np.array([track.east_m, track.north_m]), np.array([track.vel_east_mps, track.vel_north_mps])
     last = np.asarray(last_enu[:2])
-    dead_s, tick_s = np.asarray(envelope.reaction_s), np.asarray(envelope.tick_s)
-    place = place + displacement_m(speed, last, envelope.accel_mps2, dead_s)
-    speed = velocity_mps(speed, last, envelope.accel_mps2, dead_s)
+    times_s, tick_s = brake_times_s(envelope), np.asarray(envelope.tick_s)
+    place = place + displacement_m(speed, last, envelope.accel_mps2, np.asarray(dead_s))
+    speed = velocity_mps(speed, last, envelope.accel_mps2, np.asarray(dead_s))
     places = place + displacement_m(speed, candidates[:, :2], envelope.accel_mps2, tick_s)
     speeds = velocity_mps(speed, candidates[:, :2], envelope.accel_mps2, tick_s)
     rest = np.zeros_like(speeds)[:, None, :]
-    way_m = displacement_m(speeds[:, None, :], rest, envelope.brake_mps2, brake_times_s)
-    return Forecast(places[:, None, :] + way_m, candidates[:, 2], brake_times_s)
+    way_m = displacement_m(speeds[:, None, :], rest, envelope.brake_mps2, times_s)
+    return Forecast(places[:, None, :] + way_m, candidates[:, 2], times_s)
 
 
 def brake_times_s(envelope: Envelope) -> FloatArray:
@@ -114,13 +112,18 @@ def separation_hazard_m(
 
     Heights count: a pair whose heights stay apart has no hazard.
     """
-    ahead_s = own.times_s[-1] + envelope.reaction_s + envelope.tick_s
     apart_m = own_alt_m - other_alt_m
-    later_m = apart_m + (own.climb_mps - other.climb_mps[0]) * ahead_s  # [C]
+    later_m = apart_m + _levelled_off_m(own.climb_mps, envelope) - _levelled_off_m(other.climb_mps, envelope)[0]  # [C]
     nearest_m = np.where(apart_m * later_m <= 0.0, 0.0, np.minimum(abs(apart_m), np.abs(later_m)))
     level: BoolArray = nearest_m < envelope.vertical_separation_m
     gap_m = norm(own.path_m - other.path_m)
     return np.where(level[:, None], envelope.separation_m - gap_m, -np.inf)
+
+
+def _levelled_off_m(climb_mps: FloatArray, envelope: Envelope) -> FloatArray:
+    """Height gained until a climb or descent has been stopped: [C] -> [C]."""
+    dead_s = envelope.reaction_s + envelope.tick_s
+    return climb_mps * dead_s + climb_mps * np.abs(climb_mps) / (2.0 * envelope.vertical_accel_mps2)
 
 
 def _approach_mps(room_m: float, envelope: Envelope) -> float:

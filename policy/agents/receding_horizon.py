@@ -8,7 +8,7 @@ from policy.search.moves import Moves, make_moves
 from policy.search.plan import Plan
 from policy.search.planner import make_plan
 from policy.search.problem import make_problem
-from policy.search.settings import SearchSettings
+from policy.search.settings import SearchSettings, settings_for
 from policy.world.arrays import IntArray
 from policy.world.scenario import Scenario
 from policy.world.state import JointAction, WorldState, initial_state
@@ -27,10 +27,10 @@ class RecedingHorizonAgent:
         self._moves: Moves
         self._plan: Plan | None = None
 
-    def reset(self, scenario: Scenario, seed: int) -> None:  # noqa: ARG002 - it has no randomness
+    def reset(self, scenario: Scenario, seed: int) -> None:
         """Tabulate the moves, and compile the search now rather than in the first slot."""
         self._scenario, self._plan = scenario, None
-        self._settings = self._given or SearchSettings()
+        self._settings = self._given or settings_for(scenario)
         self._moves = make_moves(scenario, self._settings)
         self.decide(initial_state(scenario, np.zeros((scenario.num_users, 2))))
         self._plan = None

@@ -26,17 +26,30 @@ def check_destination(path: Path) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write ``path`` at once: a temporary file beside it takes its place when it is complete."""
+    """Write ``path`` at once: a temporary file beside it takes its place when it is complete.
+
+    Devices and pipes such as /dev/stdout are written to, never replaced; a link's target is, not the link.
+    Raises :class:`OutputError`.
+    """
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+        target = path.resolve() if path.is_symlink() else path
+        if path.exists() and not target.is_file():
+            with path.open("w", encoding="utf-8") as device:
+                device.write(text)
+        else:
+            _replace(target, text)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def _replace(path: Path, text: str) -> None:
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.", suffix=".part")
     part = Path(name)
     try:
         with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
             file.write(text)
         part.chmod(0o644)
         part.replace(path)
-    except OSError as error:
+    except OSError:
         part.unlink(missing_ok=True)
-        raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
+        raise

@@ -29,13 +29,14 @@ def find_mission(path_or_name: str | Path) -> Path:
         path = Path(path_or_name)
         if path.is_file():
             return path
-        if path.is_dir():
-            raise MissionError(f"{shown}: is a folder; name the mission file in it")
+        is_folder = path.is_dir()
     except (OSError, ValueError) as error:  # too long a name, or a NUL in it
         raise MissionError(f"{shown}: no such mission file: {error}") from error
     known = list_missions()
     if str(path_or_name) in known:
         return known[str(path_or_name)]
+    if is_folder:
+        raise MissionError(f"{shown}: is a folder; name the mission file in it")
     near = difflib.get_close_matches(path.stem, known, n=1)
     hint = f'did you mean "{known[near[0]]}"?' if near else f"by name there are: {', '.join(sorted(known)) or 'none'}"
     raise MissionError(f"{shown}: no such mission file; {hint}")

@@ -2,7 +2,7 @@
 
 Public names::
 
-    settings = SearchSettings()                          # horizon, beam, moves: policy.search.settings
+    settings = settings_for(scenario)                    # or SearchSettings(...): policy.search.settings
     moves = make_moves(scenario, settings)               # once a campaign: policy.search.moves
     problem = make_problem(scenario, moves, state, settings, user_pos_enu_m=None)  # once a slot
     plan = make_plan(problem, incumbent=previous.shifted(), leaf=None)             # policy.search.planner

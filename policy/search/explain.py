@@ -17,7 +17,7 @@ def explain(problem: Problem, plan: Plan) -> Mapping[str, Any]:
     return {
         "horizon_slots": problem.horizon_slots,
         "value": plan.value,
-        "predicted_gain": max(plan.kept_value - plan.value, 0.0),
+        "predicted_gain": None if plan.kept_value is None else plan.kept_value - plan.value,
         "uavs": [_uav(problem, plan, int(uav)) for uav in problem.planned],
     }
 

@@ -54,8 +54,9 @@ def spent_j(problem: Problem, actions: IntArray) -> FloatArray:
 
 def path_energy_j(problem: Problem, uav: int, actions: IntArray) -> FloatArray:
     """Energy that one UAV's paths [K, H] take: [K]."""
-    later = problem.moves.table.energy_j[actions[:, :-1], actions[:, 1:]].sum(axis=1)
-    return np.asarray(problem.first_energy_j[uav, actions[:, 0]] + later, dtype=np.float64)
+    start = problem.starts[uav]
+    before = np.concatenate((np.full((actions.shape[0], 1), start.allowed.shape[1]), actions[:, :-1]), axis=1)
+    return np.asarray(start.energy_j[before, actions].sum(axis=1), dtype=np.float64)
 
 
 def _users_after(problem: Problem, beam: Beam) -> tuple[FloatArray, FloatArray]:

@@ -4,7 +4,6 @@ A slot is long enough to reach a commanded velocity (`reachable` says where it i
 end is one of the A commanded ones and a state of the search is a place and the index of the last command.
 """
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -40,7 +39,6 @@ class MoveTable(NamedTuple):
     reachable: BoolArray  # [A, A] the new velocity is reached within the slot
     box_m: FloatArray  # [A, A, 4] least and greatest east, north of the points
     points_m: FloatArray  # [A, A, P, 2] relative to the start
-    remembers: bool  # the way depends on the velocity before (finite acceleration)
 
 
 @dataclass(frozen=True)
@@ -56,25 +54,34 @@ def make_moves(scenario: Scenario, settings: SearchSettings) -> Moves:
     """Tabulate the moves of one campaign."""
     actions = search_actions(scenario, settings)
     vel = actions.vel_enu_mps
-    step_m, energy_j, points_m = tabulate(scenario, vel[:, None, :], vel[None, :, :])
+    step_m, energy_j = tabulate(scenario, vel[:, None, :], vel[None, :, :])
+    points_m = _points_m(scenario, vel[:, None, :], vel[None, :, :])
     reachable = change_time_s(vel[:, None, :], vel[None, :, :], scenario.max_accel_mps2) <= scenario.slot_s
     reachable[:, 0] = True  # braking always is, by the choice of the fastest move
     box_m = np.concatenate((points_m.min(axis=-2), points_m.max(axis=-2)), axis=-1)
-    table = MoveTable(step_m, energy_j, reachable, box_m, points_m, math.isfinite(scenario.max_accel_mps2))
+    table = MoveTable(step_m, energy_j, reachable, box_m, points_m)
     return Moves(actions, table, make_walls(scenario))
 
 
-def tabulate(scenario: Scenario, vel_from_mps: FloatArray, vel_to_mps: FloatArray) -> tuple[FloatArray, ...]:
-    """Displacements [..., 2], energies [...] and points [..., P, 2] of moves that begin at the origin."""
-    start, goal = (np.ascontiguousarray(v) for v in np.broadcast_arrays(vel_from_mps, vel_to_mps))
-    accel = scenario.max_accel_mps2
-    path_m, speeds_mps = slot_path_m(np.zeros_like(goal), start, goal, accel, scenario.slot_s)
+def tabulate(scenario: Scenario, vel_from_mps: FloatArray, vel_to_mps: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Displacements [..., 2] and energies [...] of a slot, velocities [..., 2] broadcast against each other."""
+    path_m, speeds_mps = _slot(scenario, vel_from_mps, vel_to_mps)
+    return np.ascontiguousarray(path_m[..., -1, :]), np.asarray(used_energy_j(speeds_mps, scenario.slot_s))
+
+
+def _points_m(scenario: Scenario, vel_from_mps: FloatArray, vel_to_mps: FloatArray) -> FloatArray:
+    """The way and the braking after it, seen from the start: [..., P, 2]."""
+    path_m, _ = _slot(scenario, vel_from_mps, vel_to_mps)
     end_m = path_m[..., -1, :]
-    to_rest_m = stopping_point_m(end_m, goal, accel) - end_m
-    shares = slot_times_s(end_m, 1.0, BRAKING_SAMPLES)
-    braking_m = end_m[..., None, :] + shares[:, None] * to_rest_m[..., None, :]
-    points_m = np.concatenate((path_m, braking_m), axis=-2)
-    return np.ascontiguousarray(end_m), used_energy_j(speeds_mps, scenario.slot_s), points_m
+    to_rest_m = stopping_point_m(np.zeros_like(end_m), vel_to_mps, scenario.max_accel_mps2)
+    braking_m = end_m[..., None, :] + slot_times_s(end_m, 1.0, BRAKING_SAMPLES)[:, None] * to_rest_m[..., None, :]
+    return np.concatenate((path_m, braking_m), axis=-2)
+
+
+def _slot(scenario: Scenario, vel_from_mps: FloatArray, vel_to_mps: FloatArray) -> tuple[FloatArray, FloatArray]:
+    start, goal = np.broadcast_arrays(vel_from_mps, vel_to_mps)
+    path_m, speeds_mps = slot_path_m(np.zeros_like(goal), start, goal, scenario.max_accel_mps2, scenario.slot_s)
+    return path_m, speeds_mps
 
 
 def make_walls(scenario: Scenario) -> Walls:

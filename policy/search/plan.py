@@ -26,7 +26,7 @@ class Plan:
     actions: IntArray  # [U, H] indices into the search's ActionSet; NO_MOVE: open
     path_enu_m: FloatArray  # [U, H, 2] at the end of each slot
     value: float
-    kept_value: float  # of the plan kept from the slot before, completed as well as it can be
+    kept_value: float | None  # of the plan kept from the slot before, completed as well as can be; None: no plan kept
     alternatives: tuple[tuple[Alternative, ...], ...] = ()  # [U] of at most three others, best first
 
     def shifted(self, slots: int = 1) -> IntArray:

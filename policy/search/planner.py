@@ -1,15 +1,16 @@
 """Plans for all UAVs: one after the other, each with the others' plans held fixed, for several rounds.
 
-All plans share one price, so a UAV's new plan is taken only when the whole fleet is better off, and each round
-starts from the plan kept from the slot before: the plan never gets worse while the users' places do not surprise.
-Linear in U, where choosing among joint actions costs A^U.
+All plans share one price, so a UAV's new plan is taken only when the whole fleet is better off, and each slot starts
+from the plans kept from the slot before: plans never get worse while users' places do not surprise. One UAV at a
+time gets stuck where two would have to change together, so a slot also tries what comes of throwing one UAV's plan
+away: the others close the gap first, then it is planned anew. Linear in U, where joint actions cost A^U.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from policy.search.kernel import NO_MOVE, Beam, Start, follow, search
+from policy.search.kernel import NO_MOVE, Beam, Scene, follow, search
 from policy.search.leaf import LeafValue, leaf_states
 from policy.search.plan import Alternative, Plan
 from policy.search.problem import Float32Array, Problem
@@ -29,35 +30,51 @@ class _Draft:
 
 def make_plan(problem: Problem, incumbent: IntArray | None = None, leaf: LeafValue | None = None) -> Plan:
     """The best joint plan found. ``incumbent`` [U, >= 1] kept actions (``Plan.shifted``), None at the start."""
-    draft = _draft(problem, incumbent)
-    value, kept_value = np.inf, np.inf
-    alternatives: list[tuple[Alternative, ...]] = [()] * problem.scenario.num_uavs
-    for turn in range(problem.settings.rounds):
-        changed = False
-        for uav in problem.planned:
-            beam = _search_one(problem, draft, uav)
-            prices = _prices(problem, draft, beam, uav, leaf)
-            best = int(np.argmin(prices))  # the kept plan comes first and wins ties
-            changed = changed or not np.array_equal(beam.actions[best], draft.trail[uav])
-            value = float(prices[best])
-            kept_value = kept_value if np.isfinite(kept_value) else float(prices[0])
-            alternatives[uav] = _alternatives(beam, prices, best)
-            _adopt(problem, draft, uav, beam.actions[best])
-        if not changed:
-            break
-    return Plan(
-        slot=problem.state.slot,
-        actions=np.where(problem.state.uav_active[:, None], draft.trail, 0),
-        path_enu_m=draft.path_m,
-        value=value if np.isfinite(value) else 0.0,
-        kept_value=kept_value if np.isfinite(kept_value) else 0.0,
-        alternatives=tuple(alternatives),
-    )
+    order = [int(uav) for uav in problem.planned]
+    best = _improve(problem, incumbent, order, leaf)
+    kept_value = None if incumbent is None else best.kept_value
+    for uav in _rebuilt(problem, order):
+        without = best.actions.copy()
+        without[uav] = NO_MOVE
+        other = _improve(problem, without, [u for u in order if u != uav] + [uav], leaf)
+        best = other if other.value < best.value else best
+    return replace(best, kept_value=kept_value)
 
 
 def final_beam(problem: Problem, plan: Plan, uav: int) -> Beam:
     """The last layer of one more search for ``uav`` with the others on ``plan``: for learners and for inspection."""
     return _search_one(problem, _draft(problem, plan.actions), uav)
+
+
+def _rebuilt(problem: Problem, order: list[int]) -> list[int]:
+    """Which UAVs' plans are thrown away in this slot: all take their turns."""
+    if len(order) < 2:
+        return []
+    count = min(problem.settings.rebuilds, len(order))
+    return [order[(problem.state.slot * count + index) % len(order)] for index in range(count)]
+
+
+def _improve(problem: Problem, incumbent: IntArray | None, order: list[int], leaf: LeafValue | None) -> Plan:
+    """Rounds over the UAVs in ``order`` until none changes its plan."""
+    draft = _draft(problem, incumbent)
+    values: list[float] = []
+    kept_value = 0.0
+    alternatives: list[tuple[Alternative, ...]] = [()] * problem.scenario.num_uavs
+    for _ in range(problem.settings.rounds):
+        before = draft.trail.copy()
+        for uav in order:
+            beam = _search_one(problem, draft, uav)
+            prices = _prices(problem, draft, beam, uav, leaf)
+            best = int(np.argmin(prices))  # the kept plan comes first and wins ties
+            kept_value = kept_value if values else float(prices[0])
+            values.append(float(prices[best]))
+            alternatives[uav] = _alternatives(beam, prices, best)
+            _adopt(problem, draft, uav, beam.actions[best])
+        if np.array_equal(before, draft.trail):
+            break
+    flown = np.where(problem.state.uav_active[:, None], draft.trail, 0)
+    value = values[-1] if values else 0.0
+    return Plan(problem.state.slot, flown, draft.path_m, value, kept_value, tuple(alternatives))
 
 
 def _draft(problem: Problem, incumbent: IntArray | None) -> _Draft:
@@ -67,40 +84,26 @@ def _draft(problem: Problem, incumbent: IntArray | None) -> _Draft:
         path_m=np.repeat(problem.state.uav_pos_enu_m[:, None, :], horizon, axis=1),
         gap_m=np.full((num_uavs, *problem.users.east_m.shape), np.inf, dtype=np.float32),
     )
-    if incumbent is not None:
-        shared = min(horizon, incumbent.shape[1])
-        draft.trail[:, :shared] = incumbent[:, :shared]
-        for uav in problem.planned:
-            kept = draft.trail[uav].copy()
-            _adopt(problem, draft, uav, kept)
-            draft.trail[uav] = kept  # its open end stays open for the search to fill
+    if incumbent is None:
+        return draft
+    kept = np.full_like(draft.trail, NO_MOVE)
+    shared = min(horizon, incumbent.shape[1])
+    kept[:, :shared] = incumbent[:, :shared]
+    for uav in problem.planned:
+        if kept[uav, 0] != NO_MOVE:
+            _adopt(problem, draft, uav, kept[uav])
+            draft.trail[uav] = kept[uav]  # its open end stays open for the search to fill
     return draft
+
+
+def _scene(problem: Problem) -> Scene:
+    return Scene(problem.users, problem.prices, problem.moves.table, problem.moves.walls, problem.effort)
 
 
 def _search_one(problem: Problem, draft: _Draft, uav: int) -> Beam:
     others = np.arange(draft.trail.shape[0]) != uav
     others_gap_m = np.min(draft.gap_m[others], axis=0, initial=np.inf)
-    settings, moves = problem.settings, problem.moves
-    return search(
-        _start(problem, uav),
-        draft.trail[uav],
-        others_gap_m,
-        problem.users,
-        problem.prices,
-        moves.table,
-        moves.walls,
-        settings.beam,
-        settings.cell_m,
-    )
-
-
-def _start(problem: Problem, uav: int) -> Start:
-    return Start(
-        problem.state.uav_pos_enu_m[uav],
-        problem.first_step_m[uav],
-        problem.first_energy_j[uav],
-        problem.first_allowed[uav],
-    )
+    return search(_scene(problem), problem.starts[uav], draft.trail[uav], others_gap_m)
 
 
 def _prices(problem: Problem, draft: _Draft, beam: Beam, uav: int, leaf: LeafValue | None) -> FloatArray:
@@ -113,9 +116,10 @@ def _prices(problem: Problem, draft: _Draft, beam: Beam, uav: int, leaf: LeafVal
 
 
 def _adopt(problem: Problem, draft: _Draft, uav: int, actions: IntArray) -> None:
-    moves, users = problem.moves, problem.users
-    flown, path_m = follow(_start(problem, uav), actions, moves.table, moves.walls)
-    away_m = np.hypot(users.east_m - path_m[:, :1].astype(np.float32), users.north_m - path_m[:, 1:].astype(np.float32))
+    users = problem.users
+    flown, path_m = follow(_scene(problem), problem.starts[uav], actions)
+    east_m, north_m = path_m.astype(np.float32).T[:, :, None]
+    away_m = np.hypot(users.east_m - east_m, users.north_m - north_m)
     draft.trail[uav], draft.path_m[uav] = flown, path_m
     draft.gap_m[uav] = np.maximum(away_m - np.float32(users.radius_m), np.float32(0.0))
 

@@ -1,5 +1,6 @@
 """One slot's question to the search: where everybody is, what may be done first, what it costs."""
 
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -25,6 +26,7 @@ class Users(NamedTuple):
     aoi_slots: Float32Array  # [N] now
     weight: Float32Array  # [N] sums to 1
     radius_m: float  # served within
+    salt: IntArray  # [N] odd numbers that tell users apart in a hash
 
 
 class Prices(NamedTuple):
@@ -35,6 +37,23 @@ class Prices(NamedTuple):
     leaf: float  # per slot of AoI and metre beyond the serving radius: what a path leaves to be done
     end: float  # the same at the horizon's end: 0 where the campaign ends with it
     discount: float  # a slot
+
+
+class Effort(NamedTuple):
+    """How wide to search."""
+
+    beam: int  # K
+    cell_m: float
+    by_velocity: bool  # paths that arrive by different commands differ (finite acceleration)
+
+
+class Start(NamedTuple):
+    """One UAV now, and its moves: row i from the velocity of action i, row A from the present velocity."""
+
+    pos_m: FloatArray  # [2]
+    step_m: FloatArray  # [A + 1, A, 2]
+    energy_j: FloatArray  # [A + 1, A]
+    allowed: BoolArray  # [A + 1, A]; row A: legal here and now
 
 
 @dataclass(frozen=True)
@@ -49,9 +68,8 @@ class Problem:
     user_pos_enu_m: FloatArray  # [H, M, 2] predicted at the end of each slot
     users: Users
     prices: Prices
-    first_step_m: FloatArray  # [U, A, 2] from the present velocity
-    first_energy_j: FloatArray  # [U, A]
-    first_allowed: BoolArray  # [U, A], at least one each
+    effort: Effort
+    starts: tuple[Start, ...]  # [U]
 
     @property
     def planned(self) -> IntArray:
@@ -73,8 +91,6 @@ def make_problem(
         user_pos_enu_m = np.broadcast_to(state.user_pos_enu_m, (horizon, *state.user_pos_enu_m.shape))
     if user_pos_enu_m.shape[0] < horizon or user_pos_enu_m.shape[1:] != state.user_pos_enu_m.shape:
         raise ValueError(f"predicted places are {user_pos_enu_m.shape}, need [>= {horizon}, M, 2] for the state's M")
-    vel = moves.actions.vel_enu_mps
-    step_m, energy_j, _ = tabulate(scenario, state.uav_vel_enu_mps[:, None, :], vel[None])
     return Problem(
         scenario=scenario,
         moves=moves,
@@ -84,9 +100,23 @@ def make_problem(
         user_pos_enu_m=user_pos_enu_m[:horizon],
         users=_users(scenario, state, user_pos_enu_m[:horizon]),
         prices=_prices(scenario, settings, is_last=0 < left <= settings.horizon_slots),
-        first_step_m=step_m,
-        first_energy_j=energy_j,
-        first_allowed=first_moves(scenario, state, vel),
+        effort=Effort(settings.beam, settings.cell_m, math.isfinite(scenario.max_accel_mps2)),
+        starts=_starts(scenario, moves, state),
+    )
+
+
+def _starts(scenario: Scenario, moves: Moves, state: WorldState) -> tuple[Start, ...]:
+    vel, table = moves.actions.vel_enu_mps, moves.table
+    step_m, energy_j = tabulate(scenario, state.uav_vel_enu_mps[:, None, :], vel[None])
+    allowed = first_moves(scenario, state, vel)
+    return tuple(
+        Start(
+            pos_m=np.array(state.uav_pos_enu_m[uav], dtype=np.float64),
+            step_m=np.concatenate((table.step_m, step_m[uav, None])),
+            energy_j=np.concatenate((table.energy_j, energy_j[uav, None])),
+            allowed=np.concatenate((table.reachable, allowed[uav, None])),
+        )
+        for uav in range(scenario.num_uavs)
     )
 
 
@@ -125,6 +155,7 @@ def _users(scenario: Scenario, state: WorldState, user_pos_enu_m: FloatArray) ->
         aoi_slots=_single(state.user_aoi_slots[who]),
         weight=_single(weight / total if total > 0.0 else weight),
         radius_m=scenario.serving_radius_m,
+        salt=np.random.default_rng(0).integers(2**62, size=who.size) * 2 + 1,
     )
 
 

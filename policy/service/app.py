@@ -21,7 +21,7 @@ from policy.mission_file.mission import Source
 from policy.mission_file.shelf import list_missions
 from policy.model.checkpoint_error import CheckpointError
 from policy.service.body_limit import BodyLimit
-from policy.service.inprocess import PolicyService, UnknownCampaignError
+from policy.service.inprocess import PolicyFaultError, PolicyService, UnknownCampaignError
 from policy.service.problems import ProblemError, install
 from policy.service.validity import StateError
 from policy.service.wire import DecisionWire, ScenarioWire, StateWire, decision_document, scenario_from, state_from
@@ -68,6 +68,8 @@ class Desk:
                 continue
             except StateError as error:
                 raise ProblemError(HTTPStatus.UNPROCESSABLE_ENTITY, str(error)) from error
+            except PolicyFaultError as error:
+                raise ProblemError(HTTPStatus.INTERNAL_SERVER_ERROR, str(error)) from error
             spent_ms = 1e3 * (time.perf_counter() - begun_s)
             return decision_document(request.campaign_id, state.slot, policy.name, decision, spent_ms)
         raise ProblemError(HTTPStatus.SERVICE_UNAVAILABLE, "too many campaigns at once; try again")

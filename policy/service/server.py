@@ -1,7 +1,7 @@
 """Runs the HTTP service on a socket that is bound before anything else, so that a port in use is one clear line."""
 
+import contextlib
 import socket
-import sys
 
 import uvicorn
 
@@ -38,8 +38,6 @@ def serve(host: str, port: int, default: PolicyChoice | None) -> None:
     config = uvicorn.Config(create_app(default), log_level="warning", access_log=False)
     shown = f"[{host}]" if ":" in host else host
     print(f"policy service ready: http://{shown}:{bound.getsockname()[1]}", flush=True)
-    try:
+    # uvicorn closes its connections first, then raises what stopped it; for a server that is an orderly end.
+    with bound, contextlib.suppress(KeyboardInterrupt):
         uvicorn.Server(config).run(sockets=[bound])
-    finally:
-        bound.close()
-        sys.stdout.flush()

@@ -4,7 +4,6 @@ Chance is a function of seed, vehicle and step, not of a shared generator: the s
 whether it flies alone or among thousands, in one call or in many.
 """
 
-# ruff: noqa: PLR0917 - numba takes arrays, not objects
 from __future__ import annotations
 
 from math import cos, exp, log, pi, sqrt

@@ -9,7 +9,7 @@ The controls decide once a step (0.1 s); the attitude's response in it is exact,
 follows holds for the step, so that positions between two steps are exact too.
 """
 
-# ruff: noqa: PLR0917, SIM110 - numba takes arrays and loops, not objects and generators
+# ruff: noqa: SIM110 - numba takes arrays and loops, not objects and generators
 from __future__ import annotations
 
 from math import floor, pi, sqrt

@@ -26,7 +26,9 @@ def decision_times(quick: bool) -> list[tuple[str, str, str]]:
                 runner.slot(slot)
         for name, runner in runners.items():
             rows.append((f"`{name}`, U = {uavs}", summary(runner.times_s, 1e3, 2), "ms"))
-            rows.append((f"`{name}`, U = {uavs}, 99th percentile", f"{1e3 * percentile(runner.times_s, 0.99):.2f}", "ms"))
+            rows.append(
+                (f"`{name}`, U = {uavs}, 99th percentile", f"{1e3 * percentile(runner.times_s, 0.99):.2f}", "ms")
+            )
     return rows
 
 

@@ -1,4 +1,4 @@
-"""`make bench`: measures and writes one Markdown table. Whole-process flights, single-threaded decisions, wire-side periods.
+"""`make bench`: measures and writes one Markdown page. Whole flights, single-threaded decisions, wire-side periods.
 
 Every figure is a median of several runs; compare figures of one run with each other, not with another machine's.
 """

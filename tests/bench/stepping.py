@@ -20,7 +20,11 @@ def steps_per_second(quick: bool) -> list[tuple[str, str, str]]:
     world = _rates(_world_step(), BATCH, repeats)
     mock = _rates(_mock_step(), BATCH * UAVS, repeats)
     return [
-        (f"`policy.world` on NumPy, {BATCH} campaigns, U = {UAVS}, M = {USERS}", summary(world, 1e-3), "thousand campaign-slots/s"),
+        (
+            f"`policy.world` on NumPy, {BATCH} campaigns, U = {UAVS}, M = {USERS}",
+            summary(world, 1e-3),
+            "thousand campaign-slots/s",
+        ),
         (f"`sitl_mock` physics, {BATCH} campaigns x {UAVS} vehicles", summary(mock, 1e-3), "thousand vehicle-slots/s"),
     ]
 

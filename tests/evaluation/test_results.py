@@ -1,6 +1,9 @@
 """The result object of the contract, and files that are whole or absent."""
 
 import json
+import os
+import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -60,6 +63,30 @@ def test_a_file_is_replaced_at_once_and_nothing_else_is_left(tmp_path):
     write_text(path, "new\n")
     assert path.read_text() == "new\n"
     assert [entry.name for entry in tmp_path.iterdir()] == ["r.txt"]
+
+
+def test_devices_are_written_to_and_links_followed(tmp_path):
+    device, target, link = tmp_path / "null", tmp_path / "target.txt", tmp_path / "link.txt"
+    device.symlink_to("/dev/null")
+    write_text(device, "gone\n")
+    assert Path("/dev/null").is_char_device()
+    target.write_text("old")
+    link.symlink_to(target)
+    write_text(link, "new\n")
+    assert link.is_symlink()
+    assert target.read_text() == "new\n"
+
+
+def test_a_pipe_gets_the_text(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    read: list[str] = []
+    reader = threading.Thread(target=lambda: read.append(pipe.read_text()))
+    reader.start()
+    write_text(pipe, "through\n")
+    reader.join(timeout=10)
+    assert read == ["through\n"]
+    assert pipe.is_fifo()
 
 
 @pytest.mark.parametrize("name", ["absent/r.json", ".", "a\0b", "x" * 5000 + "/y"])

@@ -108,6 +108,7 @@ FAULTS = [
     ("slots = 10", "slots = 10.5", 3, "valid integer, not 10.5"),
     ("slots = 10", "slots = true", 3, "valid integer, not True"),
     ("slot_s = 15.0", "slot_s = -1.0", 4, "greater than or equal to 1"),
+    ("[60.0, 10.0]", "[1.34e154, 10.0]", 9, "less than or equal to 1000000000"),  # its square is no number
     ("slot_s = 15.0", 'slot_s = "15"', 4, "valid number, not '15'"),
     ("slot_s = 15.0", "slot_s = nan", 4, "not nan"),
     ("[1000.0, 800.0]", "[1000.0, inf]", 7, "not inf"),
@@ -199,6 +200,12 @@ def test_a_missing_file_lists_what_there_is():
         load_mission(Path("missions"))
     with pytest.raises(MissionError, match="no such mission file"):
         load_mission("a\0b")
+
+
+def test_a_folder_of_a_missions_name_is_not_in_the_way(tmp_path, monkeypatch):
+    (tmp_path / "demo").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert load_mission("demo").name == "demo"
 
 
 def test_the_shipped_missions_can_be_flown():

@@ -116,6 +116,12 @@ def test_a_campaign_that_ended_before_its_first_slot_says_so(report: ReportData,
     assert json.loads((tmp_path / "report.json").read_text())["episodic_aoi"] is None
 
 
+def test_a_campaign_in_the_air_is_not_said_to_have_ended(report: ReportData):
+    text = " ".join(check(render_page(replace(report, state="flying"))).text)
+    assert "Not over yet (flying)" in text
+    assert "Ended as" not in text
+
+
 def test_a_flood_of_events_keeps_the_warnings(report: ReportData):
     chatter = tuple(Event(float(t), "plan.made", f"slot {t}") for t in range(2000))
     warning = Event(9999.0, "link.lost", "the one that matters", Severity.WARNING)

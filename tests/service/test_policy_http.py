@@ -2,6 +2,7 @@
 
 import copy
 import json
+import signal
 import subprocess
 import sys
 import tomllib
@@ -15,9 +16,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from policy.agents.registry import PolicyChoice
-from policy.service import PolicyService, RemotePolicy, RemotePolicyError, StateError
+from policy.service import PolicyFaultError, PolicyService, RemotePolicy, RemotePolicyError, StateError
 from policy.service.app import ActRequest, Desk
 from policy.service.body_limit import MAX_BODY_BYTES
+from policy.service.problems import ProblemError
 from policy.service.wire import (
     ScenarioWire,
     StateWire,
@@ -60,6 +62,13 @@ def test_the_answer_names_headings_and_speeds(client, scenario, state):
     assert answer["value"] is not None
     assert answer["explanation"]
     assert answer["decision_ms"] > 0.0
+
+
+def test_the_documented_request_is_answered(client):
+    documented = Path("docs/policy-cli.md").read_text().split("```json\n")[1].split("```")[0]
+    answer = client.post("/v1/act", json=json.loads(documented))
+    assert answer.status_code == 200
+    assert len(answer.json()["heading_deg"]) == 2
 
 
 def test_a_mission_by_name_or_as_a_document(client, state):
@@ -212,6 +221,16 @@ def test_a_service_that_has_forgotten_takes_the_campaign_up_again(scenario, stat
     assert [desk.act(request)["campaign_id"] for request in requests] == ["a", "b", "a"]
 
 
+def test_a_defect_of_the_policy_is_not_blamed_on_the_request(scenario, state):
+    class Broken(PolicyService):
+        def act(self, campaign_id, state):
+            raise PolicyFaultError("gcrl answered a heading or speed that is not finite in slot 0")
+
+    with pytest.raises(ProblemError) as caught:
+        Desk(None, Broken()).act(ActRequest.model_validate(body(scenario, state)))
+    assert caught.value.status == 500
+
+
 def test_the_remote_policy_tells_refusals_apart(away, scenario, state):
     away.begin("c", scenario, PolicyChoice("none"))
     with pytest.raises(RemotePolicyError, match='refused: unknown policy "none"'):
@@ -239,5 +258,6 @@ def test_served_by_its_own_command(scenario, state):
             assert httpx.get(f"{url}/healthz").json() == {"status": "ok"}
             away.close()
         finally:
-            server.terminate()
-            server.wait(timeout=20)
+            server.send_signal(signal.SIGINT)
+            code = server.wait(timeout=20)
+    assert code == 0

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Path, Query
 from starlette.concurrency import run_in_threadpool
 
-from gcs.api.bodies import CampaignBrief, CampaignFull, MissionByName, Taken
+from gcs.api.bodies import CampaignBrief, CampaignFull, Taken
 from gcs.api.campaign_documents import mission_from
 from gcs.api.catalog import campaign_static
 from gcs.api.context import ApiContext, Context, Who
@@ -17,10 +17,7 @@ from gcs.store.records import TERMINAL, CampaignRecord
 
 router = APIRouter(prefix="/campaigns", tags=["campaigns"])
 CampaignId = Annotated[str, Path(min_length=1, max_length=32, pattern="^[A-Za-z0-9_-]+$")]
-Document = Annotated[
-    MissionByName | dict[str, Any],
-    Body(openapi_examples={"by name": {"value": {"mission": "demo"}}}),
-]
+Document = Annotated[dict[str, Any], Body(openapi_examples={"by name": {"value": {"mission": "demo"}}})]
 
 
 @router.post("", status_code=201)

@@ -6,7 +6,7 @@ import { problemText } from "../src/core/api";
 import { allowed } from "../src/core/campaigns";
 import { clock, fixed, NONE, uavNames } from "../src/core/format";
 import { linkState, positionStale, vehicleStale } from "../src/core/freshness";
-import { circleM, closed, toLngLat } from "../src/core/geo";
+import { closed, pixelsAtZoom0, toLngLat } from "../src/core/geo";
 import { Hold } from "../src/core/hold";
 import { meanAoi, withReport, withSnapshot } from "../src/core/series";
 import { retryDelayMs } from "../src/core/stream";
@@ -29,10 +29,9 @@ describe("places", () => {
     expect(lng).toBeCloseTo(-86.92, 9);
     expect(lat).toBeCloseTo(40.43, 9);
   });
-  it("draws a closed circle of the radius asked", () => {
-    const ring = circleM([10, 20], 226);
-    expect(ring[0]).toEqual(ring.at(-1));
-    for (const [east, north] of ring) expect(Math.hypot(east - 10, north - 20)).toBeCloseTo(226, 6);
+  it("scales lengths as web Mercator does", () => {
+    expect(pixelsAtZoom0(40_075_016.686, 0)).toBeCloseTo(512, 3);
+    expect(pixelsAtZoom0(100, 60)).toBeCloseTo(2 * pixelsAtZoom0(100, 0), 9);
   });
   it("closes rings, and leaves none open when there is none", () => {
     expect(closed([[0, 0], [1, 0]])).toEqual([[0, 0], [1, 0], [0, 0]]);

@@ -46,6 +46,10 @@ export function allAlerts(
     const text = "The flight loop is late: drones hold by themselves";
     found.push({ key: "loop", severity: "warning", text, systemId: null, sequence: null });
   }
+  if (snapshot?.stopped === true) {
+    const text = "Emergency stop: UAVs hold until it is released";
+    found.push({ key: "stopped", severity: "warning", text, systemId: null, sequence: null });
+  }
   for (const event of events) {
     if (event.severity === "info" || acknowledged.has(event.sequence)) continue;
     const key = `event:${event.sequence}`;

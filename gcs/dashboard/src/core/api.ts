@@ -51,7 +51,7 @@ export class Api {
     private readonly key: () => string | null,
   ) {}
 
-  me = (): Promise<Answer<unknown>> => this.ask("GET", "me");
+  me = (key: string | null): Promise<Answer<unknown>> => this.ask("GET", "me", undefined, key);
   missions = (): Promise<Answer<MissionFile[]>> => this.ask("GET", "missions");
   campaigns = (): Promise<Answer<CampaignInfo[]>> => this.ask("GET", "campaigns");
   policies = (): Promise<Answer<PolicyInfo[]>> => this.ask("GET", "policies");
@@ -71,9 +71,8 @@ export class Api {
     return answer.ok ? { ok: true, value: answer.value.slots } : answer;
   }
 
-  private async ask<T>(method: string, path: string, body?: unknown): Promise<Answer<T>> {
+  private async ask<T>(method: string, path: string, body?: unknown, key = this.key()): Promise<Answer<T>> {
     const headers: Record<string, string> = { accept: "application/json" };
-    const key = this.key();
     if (key !== null) headers["authorization"] = `Bearer ${key}`;
     if (body !== undefined) headers["content-type"] = "application/json";
     try {

@@ -19,23 +19,23 @@ const stream = new Stream(streamUrl(location), storedKey, {
 
 /** Sign in with a key, or out with null; the connection is made anew. A key that is not known is not kept. */
 export async function signIn(key: string | null): Promise<void> {
+  await check(key);
+  if (state.refused.value !== null && key !== null) return;
   keepKey(key);
-  await checkKey();
-  if (state.refused.value !== null && key !== null) return keepKey(null);
   state.hello.value = null;
   state.closed();
   stream.connect();
 }
 
 /** A refused WebSocket does not say why; this does. */
-async function checkKey(): Promise<void> {
-  const answer = await api.me();
+async function check(key: string | null): Promise<void> {
+  const answer = await api.me(key);
   state.refused.value = !answer.ok && [401, 403].includes(answer.status) ? answer.reason : null;
 }
 
 export function start(): void {
   setInterval(() => (state.nowMs.value = performance.now()), CLOCK_MS);
-  void checkKey();
+  void check(storedKey());
   stream.connect();
   let asked: string | null = null;
   effect(() => {

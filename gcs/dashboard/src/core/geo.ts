@@ -20,13 +20,12 @@ export function toLngLat(frame: Frame, [eastM, northM]: Pair): Pair {
   ];
 }
 
-/** A closed ring of corners around a centre. */
-export function circleM([eastM, northM]: Pair, radiusM: number, corners = 72): Pair[] {
-  return Array.from({ length: corners + 1 }, (_, k): Pair => {
-    const angle = (2 * Math.PI * (k % corners)) / corners;
-    return [eastM + radiusM * Math.sin(angle), northM + radiusM * Math.cos(angle)];
-  });
-}
+const EQUATOR_M = 2 * Math.PI * 6378137; // of web Mercator's sphere
+const TILE_PX = 512; // the world's width at zoom 0, in the map library's pixels
+
+/** How many pixels `lengthM` is at zoom 0 and this latitude; doubles with each zoom step. */
+export const pixelsAtZoom0 = (lengthM: number, latDeg: number): number =>
+  (lengthM * TILE_PX) / (EQUATOR_M * Math.cos((latDeg * Math.PI) / 180));
 
 /** The ring with its first corner again at the end. */
 export function closed(ring: readonly Pair[]): Pair[] {

@@ -6,7 +6,7 @@ import { allAlerts } from "./alerts";
 import { linkState } from "./freshness";
 import { meanAoi, withReport, withSnapshot, type Point, type ReportSlot } from "./series";
 import { withPlaces, type Trails } from "./trails";
-import type { CampaignStatic, EventMessage, HelloMessage, ServerMessage, SnapshotMessage, UserView } from "./types";
+import type { CampaignStatic, EventMessage, HelloMessage, PlanView, ServerMessage, SnapshotMessage, UserView } from "./types";
 
 export const KEPT_EVENTS = 500;
 
@@ -15,6 +15,8 @@ export const area = signal<CampaignStatic | null>(null);
 export const snapshot = signal<SnapshotMessage | null>(null);
 export const users = signal<readonly UserView[]>([]);
 export const trails = signal<Trails>(new Map());
+/** What each drone does in the present slot; the same array while nothing in it changes. */
+export const plans = signal<readonly PlanView[]>([]);
 export const points = signal<readonly Point[]>([]);
 export const events = signal<readonly EventMessage[]>([]);
 export const missedEvents = signal(0);
@@ -96,6 +98,8 @@ function takeSnapshot(message: SnapshotMessage): void {
   snapshot.value = message;
   trails.value = withPlaces(trails.value, message.vehicles);
   const campaign = message.campaign;
+  const planned = campaign?.plans ?? [];
+  if (JSON.stringify(planned) !== JSON.stringify(plans.value)) plans.value = planned;
   if (campaign === null) return;
   if (campaign.users !== null) users.value = campaign.users;
   points.value = withSnapshot(points.value, campaign, meanAoi(users.value));

@@ -78,8 +78,8 @@ export interface PlanView {
 
 export interface UserView {
   user_id: string;
-  east_m: number;
-  north_m: number;
+  east_m: number | null;
+  north_m: number | null;
   aoi_slots: number;
   data_mb: number;
   served: boolean;

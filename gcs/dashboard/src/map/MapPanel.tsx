@@ -12,9 +12,10 @@ import * as state from "../core/state";
 import { scheme } from "../core/theme";
 import type { CampaignStatic } from "../core/types";
 import { Legend } from "../ui/Legend";
-import { drawIcons, drawNames } from "./icons";
+import { drawLaunch } from "./icons";
 import { layers, mapStyle, type SourceName } from "./layers";
-import { droneScene, EMPTY, groundScene, userScene, wayScene, type Scene } from "./scene";
+import { Overlay, type Moving } from "./overlay";
+import { EMPTY, groundScene, userScene, type Scene } from "./scene";
 
 setWorkerUrl(workerUrl);
 
@@ -41,7 +42,13 @@ export function MapPanel() {
   const area = state.area.value;
   return (
     <section class="map-panel" aria-label="Map">
-      <div ref={place} class="map" data-testid="map" />
+      <div
+        ref={place}
+        class="map"
+        data-testid="map"
+        data-drones={area === null ? 0 : (state.snapshot.value?.vehicles.length ?? 0)}
+        data-users={state.users.value.length}
+      />
       {failure.value !== null && <p class="map-note">The map cannot be drawn here ({failure.value}). Everything else works.</p>}
       {area === null && <p class="map-note">No campaign yet: choose a mission and create one.</p>}
       <div class="map-tools">
@@ -64,10 +71,6 @@ function makeMap(container: HTMLElement): MapView {
   map.addControl(new NavigationControl({ showCompass: false }), "top-right");
   map.addControl(new ScaleControl({}), "bottom-left");
   map.getCanvas().setAttribute("aria-label", "Map of the area; the fleet list says the same in words");
-  map.on("click", "drones", (event) => {
-    const id: unknown = event.features?.[0]?.properties["id"];
-    if (typeof id === "number") state.selected.value = id;
-  });
   return map;
 }
 
@@ -82,15 +85,16 @@ function feed(map: MapView): () => void {
   const show = (name: SourceName, scene: () => Scene): void => {
     stops.push(effect(() => void (map.getSource(name) as GeoJSONSource | undefined)?.setData(scene())));
   };
+  const overlay = new Overlay(map);
+  map.on("click", ({ point }) => {
+    state.selected.value = overlay.pick(point.x, point.y) ?? state.selected.value;
+  });
+  stops.push(effect(() => overlay.show(moving())));
   const begin = (): void => {
-    const { area, snapshot, users, trails, selected, live } = state;
-    const vehicles = () => snapshot.value?.vehicles ?? [];
+    const { area, users } = state;
     stops.push(effect(() => repaint(map, scheme.value)));
-    stops.push(effect(() => drawNames(map, vehicles().map((vehicle) => vehicle.system_id))));
     show("ground", () => (area.value === null ? EMPTY : groundScene(area.value)));
     show("users", () => (area.value === null ? EMPTY : userScene(area.value, users.value)));
-    show("ways", () => (area.value === null ? EMPTY : wayScene(area.value, trails.value, snapshot.value?.campaign?.plans ?? [], live.value)));
-    show("drones", () => (area.value === null ? EMPTY : droneScene(area.value, vehicles(), selected.value, live.value)));
     stops.push(fitOnEntry(map), followSelected(map));
   };
   if (map.isStyleLoaded()) begin();
@@ -98,8 +102,17 @@ function feed(map: MapView): () => void {
   return () => stops.forEach((stop) => stop());
 }
 
+const moving = (): Moving => ({
+  campaign: state.area.value,
+  vehicles: state.snapshot.value?.vehicles ?? [],
+  trails: state.trails.value,
+  plans: state.plans.value,
+  selected: state.selected.value,
+  live: state.live.value,
+});
+
 function repaint(map: MapView, _scheme: string): void {
-  drawIcons(map, (state.snapshot.peek()?.vehicles ?? []).map((vehicle) => vehicle.system_id));
+  drawLaunch(map);
   for (const layer of layers()) {
     for (const [property, value] of Object.entries(layer.paint ?? {})) {
       map.setPaintProperty(layer.id, property as never, value as never);
@@ -107,12 +120,19 @@ function repaint(map: MapView, _scheme: string): void {
   }
 }
 
+/** The whole area when a campaign is entered, and whenever the panel's size changes until someone moves the map. */
 function fitOnEntry(map: MapView): () => void {
   let shown: string | null = null;
+  let moved = false;
+  map.on("movestart", (event) => void (moved ||= event.originalEvent !== undefined));
+  map.on("resize", () => {
+    const campaign = state.area.peek();
+    if (!moved && campaign !== null) fit(map, campaign);
+  });
   return effect(() => {
     const campaign = state.area.value;
     if (campaign === null || campaign.campaign_id === shown) return;
-    shown = campaign.campaign_id;
+    [shown, moved] = [campaign.campaign_id, false];
     fit(map, campaign);
   });
 }

@@ -1,4 +1,4 @@
-/** How the map looks: sources and layers, with colours from the style sheet. Works with no tiles and no network. */
+/** How what stands still looks: sources and layers, with colours from the style sheet. Works with no tiles and no network. */
 
 import type { LayerSpecification, StyleSpecification } from "maplibre-gl";
 
@@ -6,7 +6,7 @@ import { AOI_STEPS } from "../core/aoi";
 import { color } from "../core/theme";
 import { EMPTY } from "./scene";
 
-export const SOURCES = ["ground", "ways", "users", "drones"] as const;
+export const SOURCES = ["ground", "users"] as const;
 export type SourceName = (typeof SOURCES)[number];
 
 const kind = (name: string): ["==", ["get", string], string] => ["==", ["get", "kind"], name];
@@ -14,14 +14,9 @@ const kind = (name: string): ["==", ["get", string], string] => ["==", ["get", "
 /** Bottom to top. */
 export function layers(): LayerSpecification[] {
   const stepColors = AOI_STEPS.flatMap((step, index) => [index, color(step.token)]);
-  const chosen = (yes: number, no: number): ["case", ["get", string], number, number] => ["case", ["get", "chosen"], yes, no];
   return [
     { id: "background", type: "background", paint: { "background-color": color("map-outside") } },
     { id: "area", type: "fill", source: "ground", filter: kind("area"), paint: { "fill-color": color("map-ground") } },
-    {
-      id: "reach-fill", type: "fill", source: "drones", filter: kind("reach"),
-      paint: { "fill-color": color("reach"), "fill-opacity": chosen(0.16, 0.08) },
-    },
     {
       id: "obstacles", type: "fill", source: "ground", filter: kind("obstacle"),
       paint: { "fill-color": ["case", ["get", "high"], color("obstacle-high"), color("obstacle")] },
@@ -35,18 +30,6 @@ export function layers(): LayerSpecification[] {
       paint: { "line-color": color("ink-2"), "line-width": 2 },
     },
     {
-      id: "reach-edge", type: "line", source: "drones", filter: kind("reach"),
-      paint: { "line-color": color("reach"), "line-width": chosen(2.4, 1.4), "line-dasharray": [4, 3] },
-    },
-    {
-      id: "trails", type: "line", source: "ways", filter: kind("trail"),
-      paint: { "line-color": color("trail"), "line-width": 1.6, "line-opacity": 0.8 },
-    },
-    {
-      id: "plans", type: "line", source: "ways", filter: kind("plan"),
-      paint: { "line-color": color("plan"), "line-width": 2.6, "line-dasharray": [2, 1.4] },
-    },
-    {
       id: "launch", type: "symbol", source: "ground", filter: kind("launch"),
       layout: { "icon-image": "launch", "icon-allow-overlap": true },
     },
@@ -57,22 +40,6 @@ export function layers(): LayerSpecification[] {
         "circle-color": ["match", ["get", "step"], ...stepColors, color("aoi-4")] as unknown as string,
         "circle-stroke-color": color("user-edge"),
         "circle-stroke-width": 1,
-      },
-    },
-    {
-      id: "drones", type: "symbol", source: "drones", filter: kind("drone"),
-      layout: {
-        "icon-image": ["concat", "drone-", ["get", "look"]],
-        "icon-rotate": ["get", "heading"], "icon-rotation-alignment": "map",
-        "icon-size": ["case", ["get", "chosen"], 1.25, 1],
-        "icon-allow-overlap": true, "icon-ignore-placement": true,
-      },
-    },
-    {
-      id: "drone-names", type: "symbol", source: "drones", filter: kind("drone"),
-      layout: {
-        "icon-image": ["concat", "name-", ["to-string", ["get", "id"]]],
-        "icon-offset": [17, -15], "icon-allow-overlap": true, "icon-ignore-placement": true,
       },
     },
   ];

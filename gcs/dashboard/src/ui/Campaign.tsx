@@ -5,7 +5,7 @@ import { useEffect } from "preact/hooks";
 
 import type { CampaignAct, CampaignInfo, MissionFile, PolicyInfo } from "../core/api";
 import { api } from "../core/app";
-import { allowed } from "../core/campaigns";
+import { allowed, isOver } from "../core/campaigns";
 import { uavNames } from "../core/format";
 import * as state from "../core/state";
 import { HoldButton } from "./HoldButton";
@@ -64,7 +64,7 @@ function listen(): () => void {
     const now = `${state.hello.value?.actor}|${flown?.campaign_id}|${flown?.state}`;
     if (state.hello.value === null || now === before) return;
     before = now;
-    if (flown != null && !["done", "aborted", "failed"].includes(flown.state)) chosen.value = flown.campaign_id;
+    if (flown != null && !isOver(flown.state)) chosen.value = flown.campaign_id;
     void refresh();
   });
 }
@@ -73,12 +73,12 @@ export function Campaign() {
   useEffect(listen, []);
   const campaign = current();
   return (
-    <section class="panel" aria-label="Campaign">
+    <section class="panel campaign" aria-label="Campaign">
       <h2>Campaign</h2>
       {campaigns.value.length > 0 && (
-        <label class="row">
-          <span>Campaign</span>
-          <select value={campaign?.id ?? ""} onChange={(event) => void show(event.currentTarget.value)}>
+        <p class="row">
+          <label for="campaign-choice">Campaign</label>
+          <select id="campaign-choice" value={campaign?.id ?? ""} onChange={(event) => void show(event.currentTarget.value)}>
             {campaign === null && <option value="">none chosen</option>}
             {campaigns.value.map((one) => (
               <option key={one.id} value={one.id}>
@@ -86,7 +86,7 @@ export function Campaign() {
               </option>
             ))}
           </select>
-        </label>
+        </p>
       )}
       {campaign !== null && <Controls campaign={campaign} />}
       {message.value !== null && <p class={`verdict${message.value.good ? "" : " bad"}`} role="status">{message.value.text}</p>}
@@ -128,9 +128,9 @@ function Create() {
     <details open={campaigns.value.length === 0}>
       <summary>New campaign</summary>
       <form onSubmit={(event) => void create(event)}>
-        <label class="row">
-          <span>Mission</span>
-          <select value={mission.value} onChange={(event) => (mission.value = event.currentTarget.value)}>
+        <p class="row">
+          <label for="mission-choice">Mission</label>
+          <select id="mission-choice" value={mission.value} onChange={(event) => (mission.value = event.currentTarget.value)}>
             {missions.value.map((one) => (
               <option key={one.name} value={one.name} disabled={one.error !== null}>
                 {one.name}
@@ -139,10 +139,10 @@ function Create() {
               </option>
             ))}
           </select>
-        </label>
-        <label class="row">
-          <span>Policy</span>
-          <select value={policy.value} onChange={(event) => (policy.value = event.currentTarget.value)}>
+        </p>
+        <p class="row">
+          <label for="policy-choice">Policy</label>
+          <select id="policy-choice" value={policy.value} onChange={(event) => (policy.value = event.currentTarget.value)}>
             <option value="">as in the mission{file?.policy ? ` (${file.policy})` : ""}</option>
             {policies.value.map((one) => (
               <option key={one.name} value={one.name}>
@@ -150,7 +150,7 @@ function Create() {
               </option>
             ))}
           </select>
-        </label>
+        </p>
         {file?.warnings.map((text) => <p key={text} class="caution">{text}</p>)}
         <button type="submit" disabled={mission.value === "" || !state.live.value}>
           Create

@@ -40,7 +40,7 @@ const HEIGHT = 132;
 
 export function Curves() {
   return (
-    <section class="curves value-box" aria-label="Metrics over the slots">
+    <section class="curves value-box" aria-label="Metrics over the slots" data-first-slot={state.points.value[0]?.slot}>
       {CHARTS.map((chart) => (
         <Chart key={chart.title} {...chart} />
       ))}
@@ -52,7 +52,7 @@ function options({ curves, share }: ChartProps, width: number, slots: number): u
   const axis = { stroke: color("ink-2"), font: "11px system-ui, sans-serif", grid: { stroke: color("line"), width: 1 }, ticks: { show: false } };
   const asText = (_: uPlot, values: number[]): string[] => values.map((value) => (share ? `${Math.round(100 * value)}%` : `${value}`));
   return {
-    width, height: HEIGHT, legend: { show: false }, cursor: { show: false },
+    width, height: HEIGHT, padding: [8, 10, 0, 0], legend: { show: false }, cursor: { show: false },
     scales: { x: { time: false, range: [0, Math.max(1, slots)] }, y: { range: (_, __, top) => [0, share ? 1 : Math.max(2, top * 1.1)] } },
     axes: [{ ...axis, size: 24, space: 60 }, { ...axis, size: 40, space: 30, values: asText }],
     series: [{}, ...curves.map((curve) => ({ label: curve.label, stroke: color(curve.token), width: 2, points: { show: false } }))],

@@ -1,0 +1,143 @@
+/**
+ * Everything that moves, drawn on a canvas above the map. Not as the map's own layers: those come from a worker tile by
+ * tile, and a drone that crosses from one tile to the next can be missing for a moment. A drone is never missing here.
+ */
+
+import type { Map as MapView } from "maplibre-gl";
+
+import { frameOf, pixelsAtZoom0, toLngLat } from "../core/geo";
+import { color } from "../core/theme";
+import type { Trails } from "../core/trails";
+import type { CampaignStatic, Pair, PlanView, VehicleView } from "../core/types";
+import { droneLook, placed, type DroneLook } from "./scene";
+
+export interface Moving {
+  campaign: CampaignStatic | null;
+  vehicles: readonly VehicleView[];
+  trails: Trails;
+  plans: readonly PlanView[];
+  selected: number | null;
+  live: boolean;
+}
+
+const LOOK_COLORS: Record<DroneLook, string> = { normal: "drone", stale: "drone-stale", caution: "caution", warning: "warning" };
+const PICK_PX = 22;
+const FONT = "700 15px system-ui, 'DejaVu Sans', sans-serif";
+
+export class Overlay {
+  private readonly canvas = document.createElement("canvas");
+  private moving: Moving = { campaign: null, vehicles: [], trails: new Map(), plans: [], selected: null, live: false };
+
+  constructor(private readonly map: MapView) {
+    this.canvas.className = "overlay";
+    map.getCanvasContainer().append(this.canvas);
+    map.on("render", () => this.draw());
+  }
+
+  show(moving: Moving): void {
+    this.moving = moving;
+    this.draw();
+  }
+
+  /** The drone at a place on the screen, if any. */
+  pick(x: number, y: number): number | null {
+    const near = this.drones()
+      .map(({ vehicle, at }) => ({ id: vehicle.system_id, distance: Math.hypot(at[0] - x, at[1] - y) }))
+      .sort((a, b) => a.distance - b.distance)[0];
+    return near !== undefined && near.distance <= PICK_PX ? near.id : null;
+  }
+
+  private drones(): { vehicle: VehicleView; at: Pair }[] {
+    return placed(this.moving.vehicles).map((vehicle) => ({ vehicle, at: this.pixel([vehicle.east_m, vehicle.north_m]) }));
+  }
+
+  private pixel(pointM: Pair): Pair {
+    if (this.moving.campaign === null) return [-1, -1];
+    const { x, y } = this.map.project(toLngLat(frameOf(this.moving.campaign), pointM));
+    return [x, y];
+  }
+
+  private draw(): void {
+    const context = this.cleared();
+    const { campaign, trails, plans, selected, live } = this.moving;
+    if (context === null || campaign === null) return;
+    const drones = this.drones();
+    const reachPx = pixelsAtZoom0(campaign.serving_radius_m, campaign.south_west_deg[0]) * 2 ** this.map.getZoom();
+    for (const { vehicle, at } of drones)
+      if (vehicle.landed !== "on_ground") drawReach(context, at, reachPx, vehicle.system_id === selected);
+    for (const trail of trails.values()) this.line(context, trail, "trail", 1.6, []);
+    if (live) for (const plan of plans) this.line(context, plan.path_m, "plan", 2.6, [6, 4]);
+    for (const { vehicle, at } of drones) drawDrone(context, at, vehicle, droneLook(vehicle, live), vehicle.system_id === selected);
+  }
+
+  /** The canvas, empty and as large as the map; null where there is nothing to draw on. */
+  private cleared(): CanvasRenderingContext2D | null {
+    const { clientWidth: width, clientHeight: height } = this.map.getContainer();
+    const scale = devicePixelRatio;
+    if (this.canvas.width !== Math.round(width * scale) || this.canvas.height !== Math.round(height * scale)) {
+      this.canvas.width = Math.round(width * scale);
+      this.canvas.height = Math.round(height * scale);
+      this.canvas.style.width = `${width}px`;
+      this.canvas.style.height = `${height}px`;
+    }
+    const context = this.canvas.getContext("2d");
+    context?.setTransform(scale, 0, 0, scale, 0, 0);
+    context?.clearRect(0, 0, width, height);
+    return context;
+  }
+
+  private line(context: CanvasRenderingContext2D, pointsM: readonly Pair[], token: string, width: number, dash: number[]): void {
+    context.beginPath();
+    for (const point of pointsM) context.lineTo(...this.pixel(point));
+    context.lineWidth = width;
+    context.strokeStyle = color(token);
+    context.setLineDash(dash);
+    context.stroke();
+    context.setLineDash([]);
+  }
+}
+
+function drawReach(context: CanvasRenderingContext2D, [x, y]: Pair, radius: number, chosen: boolean): void {
+  context.beginPath();
+  context.arc(x, y, radius, 0, 2 * Math.PI);
+  context.fillStyle = context.strokeStyle = color("reach");
+  context.globalAlpha = chosen ? 0.18 : 0.1;
+  context.fill();
+  context.globalAlpha = 1;
+  context.lineWidth = chosen ? 2.4 : 1.4;
+  context.setLineDash([7, 5]);
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/** An arrow along the direction of travel; hollow when it is not known to be there any more. */
+function drawDrone(context: CanvasRenderingContext2D, [x, y]: Pair, vehicle: VehicleView, look: DroneLook, chosen: boolean): void {
+  const [paint, ground, size] = [color(LOOK_COLORS[look]), color("map-ground"), chosen ? 1.25 : 1];
+  context.save();
+  context.translate(x, y);
+  context.save();
+  context.rotate((vehicle.heading_deg * Math.PI) / 180);
+  context.scale(size, size);
+  context.beginPath();
+  for (const [dx, dy] of [[0, -13], [10, 11], [0, 6], [-10, 11]] as const) context.lineTo(dx, dy);
+  context.closePath();
+  context.lineJoin = "round";
+  context.lineWidth = look === "stale" ? 3 : 4;
+  context.strokeStyle = look === "stale" ? paint : ground;
+  context.stroke();
+  context.fillStyle = look === "stale" ? ground : paint;
+  context.fill();
+  context.restore();
+  drawName(context, `${vehicle.system_id}`, ground);
+  context.restore();
+}
+
+function drawName(context: CanvasRenderingContext2D, name: string, ground: string): void {
+  context.font = FONT;
+  context.lineJoin = "round";
+  context.lineWidth = 4;
+  context.strokeStyle = ground;
+  context.strokeText(name, 13, -11);
+  context.fillStyle = color("ink");
+  context.fillText(name, 13, -11);
+}

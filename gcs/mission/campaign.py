@@ -1,0 +1,65 @@
+"""A campaign in flight: everything that lasts from its start to its end."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from gcs.mission.drone import Drone
+from gcs.mission.order import CampaignOrder, fleet_limits, planning_scenario
+from gcs.mission.slot_flight import SlotFlight
+from gcs.mission.states import Trigger
+from gcs.ports import CampaignSnapshot, CampaignState, SlotRecord, VehicleStatus
+from gcs.safety.envelope import envelope_of
+from gcs.safety.gate import SafetyGate
+from gcs.safety.monitor import ViolationMonitor
+
+
+class Campaign:
+    """Everything about the campaign being flown; made at its start."""
+
+    def __init__(self, order: CampaignOrder, vehicles: Mapping[int, VehicleStatus]) -> None:
+        self.order = order
+        known = [vehicles[i].limits for i in order.system_ids if i in vehicles]
+        self.limits = fleet_limits(order.scenario, known)
+        self.scenario = planning_scenario(order.scenario, self.limits, order.settings)
+        self.envelope = envelope_of(self.scenario, self.limits.max_accel_mps2)
+        self.gate = SafetyGate(self.envelope)
+        self.monitor = ViolationMonitor(self.envelope)
+        self.drones = tuple(_make_drone(order, index) for index in range(len(order.system_ids)))
+        self.state = CampaignState.READY
+        self.ending = Trigger.LANDED
+        self.reason = ""
+        self.slots: SlotFlight | None = None
+        self.records: list[SlotRecord] = []
+        self.gate_acts: dict[int, tuple[str, float]] = {}  # system id -> newest reason, when
+
+    def snapshot(self, now_s: float) -> CampaignSnapshot:
+        """As it stands, frozen."""
+        order, slots = self.order, self.slots
+        head: dict[str, Any] = {
+            "campaign_id": order.campaign_id,
+            "name": order.name,
+            "policy": order.policy,
+            "state": self.state,
+            "slots": order.scenario.slots,
+            "slot_s": order.scenario.slot_s,
+            "reason": self.reason,
+        }
+        if slots is None:
+            return CampaignSnapshot(**head, slot=0, slot_elapsed_s=0.0)
+        return CampaignSnapshot(
+            **head,
+            slot=slots.slot,
+            slot_elapsed_s=0.0 if slots.finished else slots.elapsed_s(now_s),
+            metrics=slots.metrics,
+            plans=slots.plans(),
+            latest=slots.latest,
+            decision_ms=slots.decision_ms,
+            explanation=slots.decision.explanation if slots.decision is not None else {},
+        )
+
+
+def _make_drone(order: CampaignOrder, index: int) -> Drone:
+    scenario = order.scenario
+    layer_alt_m = scenario.altitude_m - scenario.layer_m * index
+    launch_m = (float(scenario.launch_enu_m[index, 0]), float(scenario.launch_enu_m[index, 1]))
+    return Drone(index, order.system_ids[index], layer_alt_m, launch_m)

@@ -1,0 +1,170 @@
+"""GCRL-min(AoI): look-ahead over predicted users (Eq. 13-14) that ends in a learned value, related by an RGCN.
+
+UAV motion, energy and AoI are known exactly, so the search uses the world's own; what is learned is what is not
+known: where users go (f_2 of Eq. 12) and what a state is worth beyond the horizon (f^val). The network runs on
+onnxruntime; torch is not imported. Differences from the paper, and what each is worth: ``docs/gcrl.md``.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from policy.agents.base import Decision
+from policy.model.checkpoint import load_evaluator
+from policy.model.evaluator import Evaluator
+from policy.model.states import STEPS, StateBatch, Units, push_step, stack_states
+from policy.search.explain import explain
+from policy.search.moves import Moves, make_moves
+from policy.search.plan import Plan
+from policy.search.planner import make_plan
+from policy.search.problem import make_problem
+from policy.search.settings import SearchSettings
+from policy.world.arrays import FloatArray, IntArray
+from policy.world.scenario import Scenario
+from policy.world.state import JointAction, WorldState, initial_state
+
+EXPLAINED_USERS = 5
+"""Users shown for each UAV, those that it attends to most."""
+
+
+@dataclass(frozen=True)
+class GcrlSettings:
+    """What is searched and which learned parts are asked."""
+
+    search: SearchSettings = field(default_factory=SearchSettings)
+    use_value: bool = True  # at the leaves; else the closed form "AoI x slots to reach"
+    use_prediction: bool = True  # of users; else they stay (ablation "w/o pred")
+    predicted_slots: int = 3  # asked of the network one after the other; then users are taken to stay
+
+    @classmethod
+    def paper(cls, depth: int = 3) -> "GcrlSettings":
+        """The paper's experiments: nine actions, N = 3, learned prediction and value (Section VII-C)."""
+        search = SearchSettings(horizon_slots=depth, beam=81, rounds=2, num_headings=8, speed_shares=(1.0,))
+        return cls(search=search, predicted_slots=depth)
+
+    @classmethod
+    def for_training(cls, horizon_slots: int, beam: int) -> "GcrlSettings":
+        """Narrow, since training needs many decisions rather than the best; users stay, as f_2 is still learning."""
+        search = SearchSettings(horizon_slots=horizon_slots, beam=beam, rounds=1, rebuilds=0)
+        return cls(search=search, use_prediction=False)
+
+    def without_network(self) -> "GcrlSettings":
+        """The plain planner that this one grows from."""
+        return replace(self, use_value=False, use_prediction=False)
+
+
+class GcrlAgent:
+    """The default policy. One instance flies one campaign at a time and keeps its plan from slot to slot."""
+
+    name = "gcrl"
+
+    def __init__(self, settings: GcrlSettings | None = None, evaluator: Evaluator | None = None) -> None:
+        """``evaluator``: None loads the shipped checkpoint."""
+        self._settings = settings or GcrlSettings()
+        self._evaluator: Evaluator = evaluator or load_evaluator()
+        self._scenario: Scenario | None = None
+        self._units: Units
+        self._moves: Moves
+        self._plan: Plan | None = None
+        self._before: WorldState | None = None
+        self._steps_m: FloatArray  # [M, K, 2] as of ``_before``
+
+    @classmethod
+    def load(cls, checkpoint: Path | str | None = None, settings: GcrlSettings | None = None) -> "GcrlAgent":
+        """With a trained folder or file; CheckpointError if it cannot be used. None: the shipped default."""
+        return cls(settings, load_evaluator(checkpoint))
+
+    def reset(self, scenario: Scenario, seed: int) -> None:
+        """Tabulate the moves, and compile the search now rather than in the first slot."""
+        self._scenario, self._units = scenario, Units.of(scenario)
+        self._moves = make_moves(scenario, self._settings.search)
+        self._forget()
+        self.decide(initial_state(scenario, np.zeros((scenario.num_users, 2))))
+        self._forget()
+
+    def decide(self, state: WorldState) -> Decision:
+        """Predict, search, fly the plan's first slot; see :meth:`_explain` for what is told beside it."""
+        if self._scenario is None:
+            raise RuntimeError("decide() before reset(): the agent does not know its campaign")
+        self._steps_m = self._user_steps_m(state)
+        now = stack_states([state], self._steps_m[None])
+        predicted_m = self._predict(now) if self._settings.use_prediction else None
+        problem = make_problem(self._scenario, self._moves, state, self._settings.search, predicted_m)
+        leaf = _LeafValue(self._evaluator, self._units) if self._settings.use_value else None
+        plan = make_plan(problem, self._kept(state.slot), leaf)
+        self._plan, self._before = plan, state
+        first, actions = plan.actions[:, 0], self._moves.actions
+        joint = JointAction(actions.heading_rad[first], actions.speed_mps[first])
+        return Decision(joint, plan.value, {**explain(problem, plan), **self._explain(now, predicted_m)})
+
+    def _predict(self, now: StateBatch) -> FloatArray:
+        """Users' places at the ends of the next slots [H, M, 2]: Eq. 12 applied to its own answers, then they stay."""
+        horizon = self._settings.search.horizon_slots
+        places: list[FloatArray] = []
+        state = now
+        for _ in range(min(self._settings.predicted_slots, horizon)):
+            next_m = self._evaluator.predict_users(state, self._units)
+            step_m = np.where(state.user_active[..., None], next_m - state.user_pos_enu_m, 0.0)
+            steps_m = push_step(state.user_steps_m, step_m)
+            state = replace(state, user_pos_enu_m=state.user_pos_enu_m + step_m, user_steps_m=steps_m)
+            places.append(state.user_pos_enu_m[0])
+        places += [state.user_pos_enu_m[0]] * (horizon - len(places))
+        return np.stack(places)
+
+    def _user_steps_m(self, state: WorldState) -> FloatArray:
+        """Ways of each user in the last slots [M, K, 2]; zero at the start and after a gap in what was seen."""
+        before = self._before
+        if before is None or before.slot != state.slot - 1 or before.user_pos_enu_m.shape != state.user_pos_enu_m.shape:
+            return np.zeros((state.user_pos_enu_m.shape[0], STEPS, 2))
+        known = before.user_active & state.user_active
+        step_m = np.where(known[:, None], state.user_pos_enu_m - before.user_pos_enu_m, 0.0)
+        return push_step(self._steps_m, step_m)
+
+    def _kept(self, slot: int) -> IntArray | None:
+        if self._plan is None or not 0 < slot - self._plan.slot < self._plan.actions.shape[1]:
+            return None
+        return self._plan.shifted(slot - self._plan.slot)
+
+    def _forget(self) -> None:
+        self._plan, self._before = None, None
+
+    def _explain(self, now: StateBatch, predicted_m: FloatArray | None) -> Mapping[str, Any]:
+        """Relation weights of Eq. 11d (UAV to user, the greatest few) and users' predicted next places."""
+        weights = self._evaluator.relations(now, self._units)[0]
+        order = np.argsort(-weights, axis=1, kind="stable")[:, :EXPLAINED_USERS]
+        told = predicted_m[0] if predicted_m is not None else now.user_pos_enu_m[0]
+        return {
+            "relations": [
+                [{"user": int(user), "weight": round(float(row[user]), 4)} for user in users]
+                for row, users in zip(weights, order, strict=True)
+            ],
+            "predicted_user_enu_m": [[round(float(e), 1), round(float(n), 1)] for e, n in told],
+        }
+
+
+class _LeafValue:
+    """The learned price of what follows the horizon, as the search asks for it."""
+
+    def __init__(self, evaluator: Evaluator, units: Units) -> None:
+        self._evaluator, self._units = evaluator, units
+
+    def __call__(self, states: WorldState) -> FloatArray:
+        """States [B] at the end of the horizon -> discounted sum of mean AoI after them [B]."""
+        steps_m = np.zeros(
+            (*states.user_aoi_slots.shape, STEPS, 2)
+        )  # beyond the predicted slots users are taken to stay
+        batch = StateBatch(
+            uav_pos_enu_m=states.uav_pos_enu_m,
+            uav_vel_enu_mps=states.uav_vel_enu_mps,
+            uav_energy_j=states.uav_energy_j,
+            uav_active=states.uav_active,
+            user_pos_enu_m=states.user_pos_enu_m,
+            user_steps_m=steps_m,
+            user_data_mb=states.user_data_mb,
+            user_aoi_slots=states.user_aoi_slots,
+            user_active=states.user_active,
+        )
+        return -self._evaluator.value(batch, self._units)

@@ -1,0 +1,127 @@
+"""Which campaigns each table and figure stands on."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from policy.agents.gcrl import GcrlSettings
+from policy.evaluation.tables.cells import Point
+from policy.evaluation.tables.methods import Absent, Method, Model, Row, gcrl, pick, registered, with_options
+from policy.model.spec import SIMILARITIES
+
+SECTIONS = ("table1", "table2", "table3", "methods", "uavs", "mcl", "trajectories")
+"""Table I-III; all methods at U = 2 and 117 dB; Figures 4, 6, 8; Figures 5, 7, 9; Figure 3."""
+BASE_UAVS = 2
+BASE_MCL_DB = 117.0
+QUICK_SLOTS = 20
+PLAIN = "receding-horizon"
+"""The plain planner, what a user would pick instead, stands beside the ablations."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much is flown."""
+
+    seeds: int
+    slots: int | None = None  # None: each mission's own
+    depths: tuple[int, ...] = (2, 3, 4, 5)  # N of Table I
+    uavs: tuple[int, ...] = (2, 3, 5, 7, 9, 11)
+    mcl_db: tuple[float, ...] = (115.0, 117.0, 119.0, 121.0, 123.0)
+    timed_slots: int = 60
+
+    @classmethod
+    def quick(cls, seeds: int) -> "Extent":
+        """Minutes instead of hours: shows that everything runs; too short to be set beside the paper."""
+        return cls(seeds, QUICK_SLOTS, (2, 3), (2, 3), (117.0, 119.0), QUICK_SLOTS // 2)
+
+
+@dataclass(frozen=True)
+class Similar:
+    """A line of Table I."""
+
+    similarity: str
+    depth: int
+    method: Method | Absent
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The rows of each table, for the campuses at hand."""
+
+    sections: tuple[str, ...]
+    campuses: tuple[str, ...]
+    extent: Extent
+    methods: tuple[Row, ...]
+    similarities: tuple[Similar, ...]
+    ablations: tuple[Row, ...]
+
+    def points(self) -> tuple[Point, ...]:
+        """All that is flown in campaigns, each once, nearest to the paper's tables first."""
+        return tuple(dict.fromkeys(point for section in self.sections for point in self._section(section)))
+
+    def _section(self, section: str) -> Iterator[Point]:
+        everyone = _present(row.method for row in self.methods)
+        if section == "table1":
+            yield from self._base(_present(line.method for line in self.similarities))
+        elif section == "table3":
+            yield from self._base(_present(row.method for row in self.ablations))
+        elif section in ("methods", "trajectories"):
+            yield from self._base(everyone)
+        elif section in ("uavs", "mcl"):
+            for campus in self.campuses:
+                for uavs, mcl_db in axis(section, self.extent):
+                    yield from (Point(campus, method, uavs, mcl_db) for method in everyone)
+
+    def _base(self, methods: Sequence[Method]) -> Iterator[Point]:
+        for campus in self.campuses:
+            yield from (Point(campus, method, BASE_UAVS, BASE_MCL_DB) for method in methods)
+
+
+def axis(section: str, extent: Extent) -> tuple[tuple[int, float], ...]:
+    """(U, MCL) along the figures' horizontal axis."""
+    if section == "uavs":
+        return tuple((uavs, BASE_MCL_DB) for uavs in extent.uavs)
+    return tuple((BASE_UAVS, mcl_db) for mcl_db in extent.mcl_db)
+
+
+def make_grid(
+    sections: Sequence[str], campuses: Sequence[str], extent: Extent, models: Sequence[Model], only: Sequence[str] = ()
+) -> Grid:
+    """``only``: names of the policies to compare; empty for all."""
+    methods = tuple(row for row in registered(models) if not only or row.policy in only)
+    with_gcrl = not only or "gcrl" in only
+    return Grid(
+        sections=tuple(sections),
+        campuses=tuple(campuses),
+        extent=extent,
+        methods=methods,
+        similarities=_similarities(models, extent.depths) if with_gcrl else (),
+        ablations=_ablations(models) if with_gcrl else (),
+    )
+
+
+def _similarities(models: Sequence[Model], depths: Sequence[int]) -> tuple[Similar, ...]:
+    """The paper's own search (nine actions, depth N) on networks of each similarity."""
+    networks = {kind: gcrl(pick(models, similarity=kind), f"with {kind} similarity") for kind in SIMILARITIES}
+    return tuple(
+        Similar(kind, depth, with_options(network, settings=GcrlSettings.paper(depth)))
+        for kind, network in networks.items()
+        for depth in depths
+    )
+
+
+def _ablations(models: Sequence[Model]) -> tuple[Row, ...]:
+    """The default search, less one part or two."""
+    whole = gcrl(pick(models), "of it")
+    without_rgcn = gcrl(pick(models, use_rgcn=False), "without RGCN")
+    stay = GcrlSettings(use_prediction=False)
+    return (
+        Row("gcrl", whole),
+        Row("w/o RGCN", without_rgcn),
+        Row("w/o pred", with_options(whole, settings=stay)),
+        Row("w/o RGCN, pred", with_options(without_rgcn, settings=stay)),
+        Row(PLAIN, Method(PLAIN)),
+    )
+
+
+def _present(methods: "Iterator[Method | Absent]") -> tuple[Method, ...]:
+    return tuple(method for method in methods if isinstance(method, Method))

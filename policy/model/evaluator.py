@@ -1,0 +1,104 @@
+"""What search and agents ask of a network, whichever library runs it."""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from policy.model.features import AOI_SCALE_SLOTS, Features, Float32Array, action_features, make_features
+from policy.model.spec import ModelSpec
+from policy.model.states import StateBatch, Units, push_step
+from policy.world.arrays import FloatArray
+
+
+class RawOutputs(NamedTuple):
+    """The network's heads as arrays, in its own units (see ``network.Outputs``)."""
+
+    user_cost_slots: Float32Array  # [B, M]
+    user_next: Float32Array  # [B, M, 4]
+    uav_next: Float32Array  # [B, U, 3]
+    relations: Float32Array  # [B, U, M]
+
+
+class Runner(Protocol):
+    """Runs the network forward; the torch module and the exported graph are two."""
+
+    spec: ModelSpec
+
+    def run(self, features: Features, action: Float32Array) -> RawOutputs:
+        """Features and actions [B, U, 2] -> heads."""
+
+
+class Evaluator(Protocol):
+    """Batched answers in real units."""
+
+    spec: ModelSpec
+
+    def value(self, states: StateBatch, units: Units) -> FloatArray:
+        """[B]: higher is better; see :class:`NetworkEvaluator`."""
+
+    def predict_users(self, states: StateBatch, units: Units) -> FloatArray:
+        """Users' places at the next sample [B, M, 2] in metres."""
+
+    def predict_next(self, states: StateBatch, vel_command_mps: FloatArray, units: Units) -> StateBatch:
+        """sigma_{t+1}(s_t, a_t) of Eq. 12 for commanded velocities [B, U, 2]."""
+
+    def relations(self, states: StateBatch, units: Units) -> FloatArray:
+        """How much each UAV attends to each user [B, U, M], Eq. 11d."""
+
+
+class NetworkEvaluator:
+    """Features in, real units out, around a :class:`Runner`.
+
+    The value is minus the discounted AoI ahead, -sum_k gamma^(k-1) mean_m kappa_{t+k}^m in slots. With the AoI part of
+    Eq. 8 alone the discounted reward ahead is c_AoI (mean kappa_t + (1 - gamma) value): the same order of states.
+    """
+
+    def __init__(self, runner: Runner) -> None:
+        self._runner = runner
+        self.spec = runner.spec
+
+    def value(self, states: StateBatch, units: Units) -> FloatArray:
+        """Minus the discounted sum of mean AoI ahead [B]; 0 where nobody takes part."""
+        cost_slots = self._run(states, units).user_cost_slots.astype(np.float64)
+        weight = states.user_active.astype(np.float64)
+        mean = np.sum(cost_slots * weight, axis=1) / np.maximum(np.sum(weight, axis=1), 1.0)
+        return np.asarray(-mean / (1.0 - self.spec.gamma))
+
+    def predict_users(self, states: StateBatch, units: Units) -> FloatArray:
+        """Places at the next sample [B, M, 2] metres."""
+        way = self._run(states, units).user_next[..., :2].astype(np.float64)
+        return np.asarray(states.user_pos_enu_m + way * units.walk_m)
+
+    def predict_next(self, states: StateBatch, vel_command_mps: FloatArray, units: Units) -> StateBatch:
+        """The learned next state in the units of the present one."""
+        raw = self._run(states, units, vel_command_mps)
+        return decode_next(states, raw, vel_command_mps, units)
+
+    def relations(self, states: StateBatch, units: Units) -> FloatArray:
+        """[B, U, M]; what a UAV gives to other UAVs and itself is the rest to one."""
+        return self._run(states, units).relations.astype(np.float64)
+
+    def _run(self, states: StateBatch, units: Units, vel_command_mps: FloatArray | None = None) -> RawOutputs:
+        command = np.zeros_like(states.uav_vel_enu_mps) if vel_command_mps is None else vel_command_mps
+        return self._runner.run(make_features(states, units), action_features(command, units))
+
+
+def decode_next(states: StateBatch, raw: RawOutputs, vel_command_mps: FloatArray, units: Units) -> StateBatch:
+    """Heads f_1 and f_2 in real units; AoI at least 1, data and energy at least 0, the absent unchanged."""
+    uav_next, user_next = raw.uav_next.astype(np.float64), raw.user_next.astype(np.float64)
+    flying, present = states.uav_active, states.user_active
+    step_m = np.where(present[..., None], user_next[..., :2] * units.walk_m, 0.0)
+    aoi_slots = np.maximum(AOI_SCALE_SLOTS ** user_next[..., 2], 1.0)
+    data_mb = np.maximum(AOI_SCALE_SLOTS ** user_next[..., 3] - 1.0, 0.0) * units.slot_data_mb
+    energy_j = np.maximum(states.uav_energy_j - uav_next[..., 2] * units.battery_j, 0.0)
+    return StateBatch(
+        uav_pos_enu_m=states.uav_pos_enu_m + np.where(flying[..., None], uav_next[..., :2] * units.reach_m, 0.0),
+        uav_vel_enu_mps=np.where(flying[..., None], vel_command_mps, 0.0),
+        uav_energy_j=np.where(flying, energy_j, states.uav_energy_j),
+        uav_active=flying,
+        user_pos_enu_m=states.user_pos_enu_m + step_m,
+        user_steps_m=push_step(states.user_steps_m, step_m),
+        user_data_mb=np.where(present, data_mb, states.user_data_mb),
+        user_aoi_slots=np.where(present, aoi_slots, states.user_aoi_slots),
+        user_active=present,
+    )

@@ -1,0 +1,97 @@
+"""Live users: over REST, and the rules of fixes by themselves."""
+
+from datetime import UTC, datetime, timedelta
+
+import httpx
+import numpy as np
+import pytest
+from api_server import LIVE, SMALL, Server
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gcs.api.live_users import Fix, LiveCampaigns, LiveUsers
+from gcs.ports import OperatorRequest, RequestKind
+from policy.mission_file import parse_mission
+from policy.world.frames import LocalFrame
+
+WAIT_S = 10.0
+NOW = datetime(2026, 5, 1, tzinfo=UTC)
+FRAME = LocalFrame(40.4203, -86.93)
+INSIDE = {"lat_deg": 40.4253, "lon_deg": -86.92}
+
+
+def fix(user: str, seconds: float, north_m: float = 100.0) -> Fix:
+    lat_deg, lon_deg = FRAME.to_geodetic_deg(50.0, north_m)
+    return Fix(user, float(lat_deg), float(lon_deg), NOW + timedelta(seconds=seconds))
+
+
+@given(st.lists(st.tuples(st.sampled_from("abc"), st.integers(-500, 50), st.integers(0, 999)), max_size=30))
+def test_the_newest_fix_counts_whatever_the_order(reports: list[tuple[str, int, int]]) -> None:
+    users = LiveUsers(FRAME, (1000.0, 1000.0), 3)
+    for user, seconds, north_m in reports:
+        tally = users.report([fix(user, seconds, north_m)], NOW)
+        assert tally.accepted + tally.stale == 1
+    newest = {user: max(s for u, s, _ in reports if u == user) for user, _, _ in reports}
+    for row, user in enumerate(users.user_ids()):
+        first = next(n for u, s, n in reports if u == user and s == newest[user])
+        assert users.places()[row] == pytest.approx([50.0, first], abs=1e-6)
+    assert set(users.user_ids()) == set(newest)
+
+
+def test_what_does_not_count_is_counted() -> None:
+    users = LiveUsers(FRAME, (1000.0, 1000.0), 1)
+    batch = [fix("a", 0), fix("a", 0), fix("a", -5), fix("a", 61), fix("a", 5, 2000.0), fix("b", 0)]
+    tally = users.report(batch, NOW)
+    assert (tally.accepted, tally.stale, tally.early, tally.outside, tally.full) == (1, 2, 1, 1, 1)
+
+
+def test_a_campaign_is_flown_for_those_who_joined_before_its_start() -> None:
+    mission, live = parse_mission(LIVE), LiveCampaigns()
+    request = OperatorRequest(RequestKind.START, "ann", "c1", mission)
+    with pytest.raises(ValueError, match="no user"):
+        live.enrol(request, mission.scenario)
+    users = live.users("c1", mission)
+    users.report([fix("a", 0), fix("b", 0)], NOW)
+    scenario, ids, places = live.enrol(request, mission.scenario)
+    users.report([fix("c", 0), fix("a", 1, 300.0)], NOW)
+    assert (scenario.num_users, ids, places.num_users) == (2, ("a", "b"), 2)
+    assert np.allclose(places.positions(5), [[50.0, 300.0], [50.0, 100.0]], atol=1e-6)
+
+
+def test_fixes_and_receipts_over_rest(keyed: Server, operator: httpx.Client) -> None:
+    campaign_id = operator.post("/api/v1/campaigns", json=LIVE).json()["id"]
+    url = f"/api/v1/campaigns/{campaign_id}"
+    batch = [INSIDE | {"user": "u17", "time": "2026-05-01T10:00:00Z"}, INSIDE | {"user": "u18", "time": 1_700_000_000}]
+    taken = operator.post(f"{url}/fixes", json=batch)
+    assert (taken.status_code, taken.json()["accepted"]) == (202, 2)
+    assert operator.post(f"{url}/fixes", json=batch).json()["stale"] == 2
+    receipt = [{"user": "u17", "time": "2026-05-01T12:00:00+02:00", "uploaded_mb": 0.3}]
+    assert operator.post(f"{url}/uploads", json=receipt).status_code == 202
+    assert keyed.store.journal.flush(WAIT_S)
+    (row,) = keyed.store.uploads.of(campaign_id)
+    assert (row.user_id, row.uploaded_mb, row.uploaded_at) == ("u17", 0.3, datetime(2026, 5, 1, 10, tzinfo=UTC))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"lat_deg": 91}, {"lon_deg": "east"}, {"time": "noon"}, {"time": "2026-05-01T10:00:00"}, {"time": -1},
+        {"time": 1e300}, {"user": ""}, {"user": "a\x00b"}, {"pending_mb": -1}, {"extra": 1}, {"time": True},
+    ],
+)  # fmt: skip
+def test_a_fix_that_is_none_is_refused_with_the_whole_batch(operator: httpx.Client, change: dict[str, object]) -> None:
+    campaign_id = operator.post("/api/v1/campaigns", json=LIVE).json()["id"]
+    good = INSIDE | {"user": "u17", "time": "2026-05-01T10:00:00Z"}
+    answer = operator.post(f"/api/v1/campaigns/{campaign_id}/fixes", json=[good, good | change])
+    assert answer.status_code == 422
+    assert answer.json()["detail"].startswith("/1/")
+    assert operator.post(f"/api/v1/campaigns/{campaign_id}/fixes", json=[good]).json()["accepted"] == 1
+
+
+def test_a_campaign_that_takes_no_live_users(operator: httpx.Client) -> None:
+    campaign_id = operator.post("/api/v1/campaigns", json=SMALL).json()["id"]
+    good = INSIDE | {"user": "u17", "time": "2026-05-01T10:00:00Z"}
+    assert operator.post(f"/api/v1/campaigns/{campaign_id}/fixes", json=[good]).status_code == 409
+    live_id = operator.post("/api/v1/campaigns", json=LIVE).json()["id"]
+    operator.post(f"/api/v1/campaigns/{live_id}/abort")
+    assert operator.post(f"/api/v1/campaigns/{live_id}/fixes", json=[good]).status_code == 409

@@ -1,0 +1,195 @@
+"""What an operator does, in a real browser."""
+
+import re
+from collections.abc import Callable
+
+import pytest
+from operator_desk import KEY, Desk
+from playwright.sync_api import Locator, Page, expect
+
+from gcs.ports import RequestKind
+
+pytestmark = pytest.mark.browser
+Shot = Callable[[Page, str], None]
+
+
+def sign_in(page: Page) -> None:
+    page.get_by_label("Key").fill(KEY)
+    page.get_by_role("button", name="Sign in").click()
+    expect(page.get_by_test_id("actor")).to_contain_text("operator")
+
+
+def hold(page: Page, button: Locator) -> None:
+    """Press and keep pressing until the page has taken it: taken when no button is being held."""
+    button.scroll_into_view_if_needed()
+    expect(button).to_be_enabled()
+    button.hover()
+    page.mouse.down()
+    expect(page.locator("button.holding")).to_have_count(1)
+    expect(page.locator("button.holding")).to_have_count(0)
+    page.mouse.up()
+
+
+def control(page: Page, name: str) -> Locator:
+    return page.get_by_role("group", name=re.compile("Controls of")).get_by_role("button", name=re.compile(name))
+
+
+def fly_demo(page: Page, policy: str = "random") -> None:
+    sign_in(page)
+    page.get_by_label("Mission").select_option("demo")
+    page.get_by_label("Policy").select_option(policy)
+    page.get_by_role("button", name="Create").click()
+    hold(page, control(page, "^Start demo"))
+    expect(page.get_by_test_id("campaign-state")).to_have_text("flying")
+
+
+def slot_of(page: Page) -> int:
+    found = re.search(r"slot (\d+) of", page.get_by_test_id("slot-clock").inner_text())
+    assert found is not None
+    return int(found[1])
+
+
+def kinds(desk: Desk) -> list[RequestKind]:
+    return [request.kind for request in desk.flight.requests]
+
+
+def test_a_visitor_sees_the_fleet_and_is_offered_nothing_that_flies(page: Page, shot: Shot):
+    expect(page.get_by_test_id("link")).to_have_text("live")
+    expect(page.get_by_test_id("drone-1")).to_contain_text("82%")
+    expect(page.get_by_role("button", name=re.compile("EMERGENCY STOP"))).to_be_disabled()
+    expect(page.get_by_role("button", name="Create")).to_have_count(0)
+    shot(page, "dashboard_visitor")
+
+
+def test_a_wrong_key_is_told_and_not_kept(page: Page):
+    page.get_by_label("Key").fill("nonsense")
+    page.get_by_role("button", name="Sign in").click()
+    expect(page.get_by_role("alert").filter(has_text="not known")).to_be_visible()
+    assert page.evaluate("sessionStorage.length") == 0
+
+
+def test_a_campaign_is_created_started_paused_resumed_and_aborted(page: Page, desk: Desk, shot: Shot):
+    fly_demo(page)
+    expect(page.get_by_test_id("slot-clock")).to_contain_text(re.compile(r"slot [4-9] of 60"))
+    expect(page.get_by_test_id("drone-2")).to_contain_text("OFFBOARD")
+    control(page, "^Pause").click()
+    expect(page.get_by_test_id("campaign-state")).to_have_text("paused")
+    shot(page, "dashboard_paused")
+    hold(page, control(page, "^Resume"))
+    expect(page.get_by_test_id("campaign-state")).to_have_text("flying")
+    hold(page, control(page, "^Abort"))
+    expect(page.get_by_test_id("campaign-state")).to_have_text("recovering")
+    assert kinds(desk) == [RequestKind.START, RequestKind.PAUSE, RequestKind.RESUME, RequestKind.ABORT]
+    assert {request.actor for request in desk.flight.requests} == {"one-time-key"}
+
+
+def test_the_map_shows_drones_that_move_and_users_by_age(page: Page, shot: Shot):
+    fly_demo(page)
+    expect(page.get_by_test_id("map")).to_have_attribute("data-users", "60")
+    expect(page.get_by_test_id("map")).to_have_attribute("data-drones", "2")
+    before = drawn_map(page)
+    expect(page.get_by_test_id("slot-clock")).to_contain_text(re.compile(r"slot [3-9] of 60"))
+    assert drawn_map(page) != before
+    expect(page.get_by_text("Users' AoI, slots")).to_be_visible()
+    shot(page, "dashboard_flying")
+
+
+def drawn_map(page: Page) -> bytes:
+    return page.get_by_test_id("map").screenshot()
+
+
+def test_letting_go_early_does_nothing(page: Page, desk: Desk):
+    fly_demo(page)
+    button = control(page, "^Abort")
+    button.hover()
+    page.mouse.down()
+    expect(button).to_have_class(re.compile("holding"))
+    page.mouse.up()
+    expect(button).not_to_have_class(re.compile("holding"))
+    button.click()
+    slot = slot_of(page)
+    expect(page.get_by_test_id("slot-clock")).not_to_contain_text(f"slot {slot} of")
+    assert RequestKind.ABORT not in kinds(desk)
+
+
+def test_the_emergency_stop_latches_and_is_released_by_holding(page: Page, desk: Desk, shot: Shot):
+    fly_demo(page)
+    page.keyboard.press("Shift+Escape")
+    stop = page.get_by_role("group", name="Emergency stop")
+    expect(stop).to_contain_text("STOPPED")
+    expect(stop).to_contain_text("latched")
+    page.reload()
+    expect(stop).to_contain_text("STOPPED")
+    shot(page, "dashboard_stopped")
+    hold(page, stop.get_by_role("button", name=re.compile("Release")))
+    expect(stop).to_contain_text("EMERGENCY STOP")
+    assert kinds(desk)[1:] == [RequestKind.EMERGENCY_STOP, RequestKind.RESET_STOP]
+
+
+def test_the_emergency_stop_is_the_first_thing_that_tab_reaches(page: Page):
+    sign_in(page)
+    page.evaluate("document.activeElement.blur()")
+    page.reload()
+    expect(page.get_by_role("button", name=re.compile("EMERGENCY STOP"))).to_be_enabled()
+    page.keyboard.press("Tab")
+    expect(page.get_by_role("button", name=re.compile("EMERGENCY STOP"))).to_be_focused()
+
+
+def test_an_order_is_held_by_key_and_answered_in_the_vehicles_words(page: Page, desk: Desk):
+    fly_demo(page)
+    card = page.get_by_test_id("drone-2")
+    card.get_by_role("button", name=re.compile("UAV 2")).first.click()
+    button = card.get_by_role("button", name=re.compile("UAV 2 returns"))
+    button.focus()
+    page.keyboard.down("Enter")
+    expect(card).to_contain_text("rtl: refused (Mode change denied: no GPS)")
+    page.keyboard.up("Enter")
+    command = desk.flight.requests[-1].command
+    assert command is not None
+    assert (command.kind, command.system_id) == ("rtl", 2)
+
+
+def test_a_silent_drone_is_a_warning_and_its_values_are_not_shown_as_live(page: Page, desk: Desk, shot: Shot):
+    fly_demo(page)
+    desk.flight.battery[1] = 0.22
+    desk.flight.lose(2)
+    alerts = page.get_by_role("region", name="Alerts").get_by_role("listitem")
+    expect(alerts.first).to_contain_text("UAV 2")
+    expect(alerts.first).to_have_class("warning")
+    expect(alerts.last).to_contain_text("UAV 1: battery at 22%")
+    expect(page.get_by_test_id("drone-2").locator(".values .stale")).to_have_count(5)
+    shot(page, "dashboard_silent_drone")
+    page.get_by_role("button", name=re.compile("Acknowledge: UAV 2 is not heard")).click()
+    expect(alerts.filter(has_text="is not heard any more")).to_have_count(0)
+    expect(alerts.first).to_contain_text("no heartbeat")
+
+
+def test_loss_of_the_server_is_shown_large_and_the_page_comes_back_by_itself(page: Page, desk: Desk, shot: Shot):
+    fly_demo(page)
+    desk.stop()
+    expect(page.get_by_test_id("lost")).to_be_visible()
+    expect(page.get_by_test_id("link")).to_have_text("connection lost")
+    expect(page.locator(".page")).to_have_class(re.compile("old"))
+    expect(control(page, "^Abort")).to_be_disabled()
+    shot(page, "dashboard_lost")
+    desk.start()
+    expect(page.get_by_test_id("lost")).to_have_count(0)
+    expect(page.get_by_test_id("link")).to_have_text("live")
+    expect(control(page, "^Abort")).to_be_enabled()
+
+
+def test_the_page_fits_from_a_phone_to_a_wall_in_light_and_dark(page: Page, shot: Shot):
+    fly_demo(page)
+    page.emulate_media(color_scheme="dark")
+    for width in (360, 768, 2560):
+        page.set_viewport_size({"width": width, "height": 800 if width < 2000 else 1440})
+        expect(page.get_by_test_id("map")).to_be_visible()
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        shot(page, f"dashboard_{width}")
+
+
+def test_curves_of_before_are_there_after_a_reload(page: Page):
+    fly_demo(page)
+    expect(page.get_by_test_id("slot-clock")).to_contain_text(re.compile(r"slot [5-9] of 60"))
+    page.reload()
+    expect(page.get_by_role("region", name="Metrics over the slots")).to_have_attribute("data-first-slot", "1")

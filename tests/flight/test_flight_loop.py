@@ -1,0 +1,132 @@
+"""The loop itself: order of a tick, missed ticks, spreading, requests from other threads."""
+
+import threading
+
+import pytest
+from fake_fleet import FakeFleet, FakeVehicle, MemoryJournal
+
+from gcs.flight_loop import TICK_S, FlightLoop
+from gcs.mission.manager import MissionManager
+from gcs.ports import (
+    CommandKind,
+    OperatorRequest,
+    RequestKind,
+    SafeSetpoint,
+    VehicleCommand,
+    VelocitySetpoint,
+    VerdictResult,
+)
+from gcs.safety.envelope import Envelope
+from gcs.safety.gate import SafetyGate, Wish
+from policy.world.frames import LocalFrame
+
+FRAME = LocalFrame(40.0, -86.0)
+
+
+class JumpyClock:
+    """A wall clock that oversleeps by a script, in seconds per wait."""
+
+    is_virtual = False
+
+    def __init__(self, oversleep_s: list[float]) -> None:
+        self._now_s, self._script = 0.0, list(oversleep_s)
+        self.waits: list[float] = []
+
+    def now_s(self) -> float:
+        return self._now_s
+
+    def wait_until(self, time_s: float) -> None:
+        self.waits.append(time_s)
+        self._now_s = max(self._now_s, time_s) + (self._script.pop(0) if self._script else 0.0)
+
+
+class Crowd(MissionManager):
+    """A manager that streams to many drones."""
+
+    def __init__(self, link: FakeFleet, journal: MemoryJournal, count: int) -> None:
+        super().__init__(link, journal, virtual=False)
+        gate = SafetyGate(Envelope((100.0, 100.0)))
+        self._safe = gate.judge([Wish(VelocitySetpoint(i + 1, (0.0, 0.0, 0.0), 0.0), None) for i in range(count)])
+
+    def step(self, now_s: float) -> list:  # type: ignore[type-arg]
+        return self._safe
+
+
+def loop_of(clock: object, count: int = 2) -> tuple[FlightLoop, FakeFleet, MemoryJournal]:
+    fleet = FakeFleet(FRAME, [FakeVehicle(i + 1, 5.0 * i, 0.0) for i in range(count)])
+    journal = MemoryJournal()
+    manager = MissionManager(fleet, journal, virtual=False)
+    return FlightLoop(clock, fleet, manager, journal), fleet, journal  # type: ignore[arg-type]
+
+
+def test_missed_ticks_are_counted_and_not_made_up_for() -> None:
+    clock = JumpyClock([0.0, 0.0, 1.07, 0.0, 0.0])
+    loop, fleet, journal = loop_of(clock)
+    times = [loop.tick().time_s for _ in range(5)]
+    assert times == pytest.approx([0.0, 0.1, 1.27, 1.3, 1.4])
+    assert fleet.flushes == 5, "one tick each, no burst"
+    for _ in range(120):
+        loop.tick()
+    missed = [event for event in journal.events if event.kind == "loop.missed"]
+    assert [event.message.split()[0] for event in missed] == ["10"]
+
+
+def test_a_large_fleet_is_sent_to_in_bursts_within_the_tick() -> None:
+    clock, journal = JumpyClock([]), MemoryJournal()
+    fleet = FakeFleet(FRAME, [FakeVehicle(i + 1, 0.0, 0.0) for i in range(35)])
+    loop = FlightLoop(clock, fleet, Crowd(fleet, journal, 35), journal)
+    loop.tick()
+    starts = sorted({time_s for time_s, _ in fleet.sent})
+    assert len(fleet.sent) == 35
+    assert len(starts) == 4
+    assert starts[-1] < TICK_S
+
+
+def test_a_command_ends_with_the_vehicles_own_verdict() -> None:
+    loop, _fleet, journal = loop_of(JumpyClock([]))
+    loop.tick()
+    early = loop.submit(OperatorRequest(RequestKind.COMMAND, "ann", command=VehicleCommand(CommandKind.ARM, 1)))
+    loop.tick()
+    outcome = early.result(timeout=0)
+    assert not outcome.accepted
+    assert outcome.verdict is not None
+    assert outcome.verdict.result is VerdictResult.REFUSED
+    assert "position estimate" in outcome.reason
+    assert any(event.kind == "command.verdict" and event.actor == "ann" for event in journal.events)
+
+
+def test_requests_come_from_any_thread_and_a_cancelled_one_is_dropped() -> None:
+    loop, _fleet, _ = loop_of(JumpyClock([]))
+    loop.tick()
+    answers = []
+    request = OperatorRequest(RequestKind.PAUSE, "bob")
+    threads = [threading.Thread(target=lambda: answers.append(loop.submit(request))) for _ in range(20)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    answers[0].cancel()
+    loop.tick()
+    assert all("no campaign" in answer.result(timeout=0).reason for answer in answers[1:])
+    assert answers[0].cancelled()
+
+
+def test_a_start_without_a_mission_is_refused_and_health_follows_the_ticks() -> None:
+    loop, _, _ = loop_of(JumpyClock([]))
+    assert not loop.healthy()
+    loop.tick()
+    assert loop.healthy()
+    assert not loop.submit(OperatorRequest(RequestKind.START, "eve")).result(timeout=0).accepted
+
+
+def test_heartbeats_stop_when_the_manager_breaks() -> None:
+    loop, fleet, _ = loop_of(JumpyClock([]))
+    loop.tick()
+
+    def broken(now_s: float) -> list[SafeSetpoint]:
+        raise RuntimeError("a defect")
+
+    loop._manager.step = broken  # type: ignore[assignment,method-assign]
+    with pytest.raises(RuntimeError, match="a defect"):
+        loop.run()
+    assert fleet.flushes == 1, "nothing vouches for a mission that no longer steps"

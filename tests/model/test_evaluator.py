@@ -1,0 +1,70 @@
+"""Real units out of a runner whose answers are known."""
+
+from dataclasses import replace
+
+import numpy as np
+from tests_model_states import random_states, small_units
+
+from policy.model.evaluator import NetworkEvaluator, RawOutputs, decode_next
+from policy.model.features import Features, Float32Array
+from policy.model.spec import ModelSpec
+
+
+class KnownRunner:
+    """Costs user i + 1 slots; everybody walks one walk east; energy spent is a hundredth of the battery."""
+
+    spec = ModelSpec(gamma=0.9)
+
+    def run(self, features: Features, action: Float32Array) -> RawOutputs:
+        batch, users = features.user_mask.shape
+        uavs = features.uav_mask.shape[1]
+        cost = np.tile(np.arange(1, users + 1, dtype=np.float32), (batch, 1))
+        user_next = np.zeros((batch, users, 4), dtype=np.float32)
+        user_next[..., 0] = 1.0
+        uav_next = np.concatenate((action, np.full((batch, uavs, 1), 0.01)), axis=-1).astype(np.float32)
+        return RawOutputs(cost, user_next, uav_next, np.full((batch, uavs, users), 0.1, dtype=np.float32))
+
+
+def test_value_is_minus_the_mean_cost_of_those_who_take_part() -> None:
+    states = random_states(np.random.default_rng(0), batch=2, uavs=2, users=5)  # user 0 is absent: costs 2 .. 5 stay
+    np.testing.assert_allclose(NetworkEvaluator(KnownRunner()).value(states, small_units()), [-35.0, -35.0])
+
+
+def test_nobody_there_is_worth_nothing() -> None:
+    states = random_states(np.random.default_rng(0), batch=1, uavs=1, users=5)
+    empty = replace(states, user_active=np.zeros_like(states.user_active))
+    assert NetworkEvaluator(KnownRunner()).value(empty, small_units())[0] == 0.0
+
+
+def test_predicted_places_are_in_metres() -> None:
+    states, units = random_states(np.random.default_rng(1), batch=1, uavs=2, users=5), small_units()
+    moved = NetworkEvaluator(KnownRunner()).predict_users(states, units) - states.user_pos_enu_m
+    np.testing.assert_allclose(moved, np.broadcast_to([1.3 * 15.0, 0.0], moved.shape), rtol=1e-6)
+
+
+def test_a_predicted_state_has_the_meaning_of_a_real_one() -> None:
+    """Eq. 12: same shapes, AoI at least 1, nobody's data below 0, the absent as they were."""
+    states, units = random_states(np.random.default_rng(1), batch=2, uavs=2, users=5), small_units()
+    command = np.broadcast_to([18.0, 0.0], states.uav_vel_enu_mps.shape)
+    after = NetworkEvaluator(KnownRunner()).predict_next(states, command, units)
+    np.testing.assert_allclose(after.uav_pos_enu_m - states.uav_pos_enu_m, [[[270.0, 0.0]] * 2] * 2)
+    np.testing.assert_allclose(states.uav_energy_j - after.uav_energy_j, 0.01 * units.battery_j, rtol=1e-6)
+    assert np.all(after.user_aoi_slots >= 1.0)
+    assert np.all(after.user_data_mb >= 0.0)
+    assert np.array_equal(after.user_pos_enu_m[:, 0], states.user_pos_enu_m[:, 0])
+    assert np.array_equal(after.user_aoi_slots[:, 0], states.user_aoi_slots[:, 0])
+
+
+def test_ages_and_data_come_back_from_their_logarithms() -> None:
+    states, units = random_states(np.random.default_rng(1), batch=1, uavs=1, users=2), small_units(2)
+    user_next = np.zeros((1, 2, 4), dtype=np.float32)
+    user_next[0, 1, 2:] = (np.log(12.0) / np.log(30.0), np.log1p(11.0) / np.log(30.0))
+    raw = RawOutputs(
+        np.ones((1, 2), dtype=np.float32),
+        user_next,
+        np.zeros((1, 1, 3), dtype=np.float32),
+        np.zeros((1, 1, 2), dtype=np.float32),
+    )
+    after = decode_next(states, raw, np.zeros((1, 1, 2)), units)
+    np.testing.assert_allclose(after.user_aoi_slots[0, 1], 12.0, rtol=1e-5)
+    np.testing.assert_allclose(after.user_data_mb[0, 1], 11.0 * 0.3, rtol=1e-5)
