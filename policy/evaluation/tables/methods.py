@@ -83,7 +83,7 @@ class Model:
 
 
 def find_models(folder: Path | None) -> tuple[Model, ...]:
-    """The shipped networks of ``gcrl``, the default first, then those in ``folder``, one a subfolder as training writes.
+    """The shipped networks of ``gcrl``, the default first, then those in ``folder`` (one a subfolder).
 
     Raises CheckpointError for one that is damaged: a table must not silently lack a row.
     """
