@@ -43,7 +43,10 @@ def add_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     )
     parser.add_argument("--policies", nargs="+", metavar="NAME", default=(), help=_list(policy_names()))
     parser.add_argument(
-        "--checkpoints", type=Path, metavar="DIR", help="trained networks, one a subfolder, beside the shipped ones"
+        "--checkpoints",
+        type=Path,
+        metavar="DIR",
+        help="trained networks of gcrl, one a subfolder, beside those shipped",
     )
     parser.add_argument(
         "--workers", type=whole(1, 1024), default=os.cpu_count() or 1, metavar="N", help="processes (default: cores)"

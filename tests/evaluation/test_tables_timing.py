@@ -46,6 +46,7 @@ def test_each_method_gets_mean_median_and_tail(campus):
     assert list(timing["methods"]) == ["random", "plain"]
     for spent_ms in timing["methods"].values():
         assert 0.0 < spent_ms["p50"] <= spent_ms["p99"]
+        assert 0.0 < spent_ms["processor_p50"] <= spent_ms["p99"]
     assert timing["methods"]["random"]["p50"] < timing["methods"]["plain"]["p50"]
 
 

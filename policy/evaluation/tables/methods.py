@@ -6,7 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from policy.agents.registry import LEARNED, PLANNED, POLICIES, PolicyChoice
-from policy.model.checkpoint import DEFAULT_NAME, SHIPPED, check_digest, find_checkpoint, read_card
+from policy.model.checkpoint import (
+    DEFAULT_NAME,
+    SHIPPED,
+    CheckpointFiles,
+    check_digest,
+    find_checkpoint,
+    read_card,
+    sha256,
+)
 from policy.model.checkpoint_error import CheckpointError
 
 STRAYING = "random, may leave the map"
@@ -75,13 +83,14 @@ class Model:
 
 
 def find_models(folder: Path | None) -> tuple[Model, ...]:
-    """The shipped checkpoints, the default first, then those in ``folder`` (one a subfolder, as training writes).
+    """The shipped networks of ``gcrl``, the default first, then those in ``folder`` (one a subfolder).
 
     Raises CheckpointError for one that is damaged: a table must not silently lack a row.
     """
     default = SHIPPED / DEFAULT_NAME
-    stems = sorted(card.with_suffix("") for card in SHIPPED.glob("*.json")) if SHIPPED.is_dir() else []
-    shipped = [_model(stem, default=stem == default) for stem in sorted(stems, key=lambda stem: stem != default)]
+    stems = [card.with_suffix("") for card in SHIPPED.glob("gcrl-*.json")]
+    stems.sort(key=lambda stem: (stem != default, stem))
+    shipped = [_model(stem, default=stem == default) for stem in stems]
     own = sorted(card.parent for card in folder.glob("*/card.json")) if folder is not None else []
     return (*shipped, *(_model(path) for path in own))
 
@@ -115,13 +124,11 @@ def _registered(name: str, models: Sequence[Model]) -> Method | Absent:
 
 
 def _learned(name: str) -> Method | Absent:
-    """Another learned method, on the checkpoint that ships under its name."""
-    try:
-        graph = find_checkpoint(SHIPPED / f"{name}-default").graph
-    except CheckpointError:
+    """Another learned method, on the weights that ship under its name."""
+    weights = CheckpointFiles.named(SHIPPED / f"{name}-default").weights
+    if not weights.is_file():
         return Absent("no checkpoint of it is shipped with this version")
-    model = _model(graph.with_suffix(""))
-    return Method(name, model.path, model.sha256, model.kind)
+    return Method(name, str(weights), sha256(weights))
 
 
 def _model(place: Path, *, default: bool = False) -> Model:

@@ -89,7 +89,7 @@ def save(figure: "Figure", out: Path, name: str) -> None:
 
     text, image = io.StringIO(), io.BytesIO()
     with rc_context(STYLE):
-        figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+        figure.savefig(text, format="svg", dpi=110, metadata={"Date": None, "Creator": None})
         figure.savefig(image, format="png", dpi=110, metadata={"Software": None})
     lines = (line.rstrip() for line in text.getvalue().splitlines())
     write_text(out / f"{name}.svg", "\n".join(lines) + "\n")

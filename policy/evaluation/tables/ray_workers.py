@@ -16,6 +16,7 @@ TRIES = 3
 """Times that Ray starts a cell whose worker or machine died."""
 AHEAD = 2
 """Cells in flight for each core: while one is flown the next is on its way."""
+UNREACHABLE_HINT = "one that wants a token needs RAY_AUTH_MODE=token here"
 _PACKAGE = Path(__file__).resolve().parents[2]
 
 
@@ -52,7 +53,7 @@ def _connect(ray: Any, address: str, workers: int) -> None:
     try:
         ray.init(address=address, runtime_env=environment, **quiet)
     except (ConnectionError, ValueError, RuntimeError) as error:
-        raise RayError(f"--ray {address}: no Ray cluster answers there: {error}") from error
+        raise RayError(f"--ray {address}: no Ray cluster answers there ({UNREACHABLE_HINT}): {error}") from error
 
 
 def _fly(ray: Any, remote: Any, jobs: Sequence[Job], in_flight: int) -> Iterator[Outcome]:
