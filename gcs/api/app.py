@@ -15,7 +15,22 @@ from gcs.api.context import ApiContext
 from gcs.api.guards import BodyLimit, SafeHeaders, SameOrigin
 from gcs.api.live_users import LiveCampaigns
 from gcs.api.problems import MEDIA_TYPE
-from gcs.api.routes import campaigns, drones, events, health, keys, live, reports, session, shelf, stream
+from gcs.api.routes import (
+    acknowledgements,
+    campaigns,
+    drones,
+    dry_runs,
+    events,
+    explanations,
+    health,
+    keys,
+    live,
+    reports,
+    series,
+    session,
+    shelf,
+    stream,
+)
 from gcs.api.settings import ApiSettings, is_loopback
 from gcs.api.stream_session import SnapshotSource
 from gcs.api.telemetry import HttpMetrics, new_registry
@@ -56,7 +71,8 @@ def create_app(
 
 
 def _include_routes(app: FastAPI) -> None:
-    for module in (campaigns, reports, live, drones, shelf, events, keys, session):
+    rooms = (campaigns, reports, series, explanations, dry_runs, live, drones, shelf, events, acknowledgements, keys)
+    for module in (*rooms, session):
         app.include_router(module.router, prefix="/api/v1", dependencies=[Security(BEARER)], responses=PROBLEMS)
     app.include_router(stream.router, prefix="/api/v1")
     app.include_router(health.router)

@@ -9,6 +9,7 @@ from gcs.api.auth import Actor, actor_of
 from gcs.api.catalog import Catalog
 from gcs.api.live_users import LiveCampaigns
 from gcs.api.settings import ApiSettings
+from gcs.forecast.dry_runs import DryRuns
 from gcs.ports import Event, FlightControl, Severity
 from gcs.store.store import Store
 
@@ -22,6 +23,7 @@ class ApiContext:
     settings: ApiSettings
     live: LiveCampaigns
     catalog: Catalog = field(init=False)
+    dry_runs: DryRuns = field(default_factory=DryRuns)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "catalog", Catalog(self.store.campaigns))

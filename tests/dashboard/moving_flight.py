@@ -7,6 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -110,6 +111,28 @@ class Rounds:
         return Decision(JointAction(np.arctan2(way_m[:, 0], way_m[:, 1]), distance_m / self._slot_s))
 
 
+def reasons(record: SlotRecord) -> dict[str, Any]:
+    """As gcrl tells them: each UAV attends to the users near it, and could have flown otherwise at a price."""
+    places_m = np.array([(user.east_m, user.north_m) for user in record.users])
+    relations = []
+    for uav in record.uavs:
+        distance_m = np.hypot(places_m[:, 0] - uav.east_m, places_m[:, 1] - uav.north_m)
+        near = np.argsort(distance_m)[:5]
+        relations.append([{"user": int(i), "weight": float(np.exp(-distance_m[i] / 400.0))} for i in near])
+    uavs = [
+        {
+            "uav": index,
+            "path_enu_m": [[uav.east_m, uav.north_m], [uav.east_m + 150.0, uav.north_m]],
+            "alternatives": [
+                {"heading_deg": 45.0 * k, "speed_mps": 18.0, "value": 12.0 + 0.3 * k, "worse_by": 0.3 * k}
+                for k in range(1, 7)
+            ],
+        }
+        for index, uav in enumerate(record.uavs)
+    ]
+    return {"horizon_slots": 8, "value": 12.0, "predicted_gain": 0.2, "uavs": uavs, "relations": relations}
+
+
 class MovingFlight:
     """ports.FlightControl. ``lose`` silences a vehicle, ``battery`` sets its charge; ``pilot`` makes the agent."""
 
@@ -192,6 +215,7 @@ class MovingFlight:
             latest=record,
             decision_ms=record.decision_ms,
             plans=self._plans(slot),
+            explanation=reasons(record),
         )
 
     def _plans(self, slot: int) -> tuple[UavPlan, ...]:

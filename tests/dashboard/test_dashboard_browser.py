@@ -159,9 +159,15 @@ def test_a_silent_drone_is_a_warning_and_its_values_are_not_shown_as_live(page: 
     expect(alerts.last).to_contain_text("UAV 1: battery at 22%")
     expect(page.get_by_test_id("drone-2").locator(".values .stale")).to_have_count(5)
     shot(page, "dashboard_silent_drone")
-    page.get_by_role("button", name=re.compile("Acknowledge: UAV 2 is not heard")).click()
+    expect(page.get_by_test_id("mute")).to_have_attribute("data-sounded", "warning")
+    page.get_by_role("button", name=re.compile("Acknowledge as one-time-key: UAV 2 is not heard")).click()
     expect(alerts.filter(has_text="is not heard any more")).to_have_count(0)
     expect(alerts.first).to_contain_text("no heartbeat")
+    log = page.get_by_role("region", name="Events").get_by_role("listitem")
+    expect(log.filter(has_text='"UAV 2 is not heard any more" acknowledged · one-time-key')).to_have_count(1)
+    page.reload()
+    expect(alerts.first).to_contain_text("no heartbeat")
+    expect(alerts.filter(has_text="is not heard any more")).to_have_count(0)
 
 
 def test_loss_of_the_server_is_shown_large_and_the_page_comes_back_by_itself(page: Page, desk: Desk, shot: Shot):

@@ -8,7 +8,7 @@ import { clock, fixed, NONE, uavNames } from "../src/core/format";
 import { linkState, positionStale, vehicleStale } from "../src/core/freshness";
 import { closed, pixelsAtZoom0, toLngLat } from "../src/core/geo";
 import { Hold } from "../src/core/hold";
-import { meanAoi, withReport, withSnapshot } from "../src/core/series";
+import { meanAoi, withRecord, withSnapshot } from "../src/core/series";
 import { retryDelayMs } from "../src/core/stream";
 import { TRAIL_POINTS, withPlaces } from "../src/core/trails";
 import type { Pair } from "../src/core/types";
@@ -81,17 +81,17 @@ describe("alerts", () => {
   });
   it("name the vehicle and put warnings first", () => {
     const message = snapshot({ vehicles: [vehicle({ battery_fraction: 0.25 }), vehicle({ system_id: 2, heartbeat_age_s: 7 })] });
-    const found = allAlerts(message, [], new Set());
+    const found = allAlerts(message, [], new Map());
     expect(found.map((alert) => alert.severity)).toEqual(["warning", "caution"]);
     expect(found[0]?.text).toContain("UAV 2: no heartbeat for 7 s");
   });
   it("keep events until they are acknowledged, and leave notes alone", () => {
     const log = [event({ sequence: 3, severity: "warning" }), event({ sequence: 2, severity: "info" }), event({ sequence: 1, severity: "caution" })];
-    expect(allAlerts(null, log, new Set()).map((alert) => alert.sequence)).toEqual([3, 1]);
-    expect(allAlerts(null, log, new Set([3])).map((alert) => alert.sequence)).toEqual([1]);
+    expect(allAlerts(null, log, new Map()).map((alert) => alert.sequence)).toEqual([3, 1]);
+    expect(allAlerts(null, log, new Map([[3, "ann"]])).map((alert) => alert.sequence)).toEqual([1]);
   });
   it("tell when the flight loop is late", () => {
-    expect(allAlerts(snapshot({ healthy: false, vehicles: [] }), [], new Set())[0]?.severity).toBe("warning");
+    expect(allAlerts(snapshot({ healthy: false, vehicles: [] }), [], new Map())[0]?.severity).toBe("warning");
   });
 });
 
@@ -106,11 +106,11 @@ describe("curves", () => {
   it("have no point before a slot has ended", () => {
     expect(withSnapshot([], campaign({ users_slot: 0, metrics: null }), 1)).toEqual([]);
   });
-  it("take the past from the report and keep what came since", () => {
+  it("take the past from the record and keep what came since", () => {
     const late = withSnapshot([], campaign({ users_slot: 3, metrics }), 3);
-    const report = [0, 1, 2].map((slot) => ({ slot, metrics: slot === 0 ? null : metrics, users: [{ aoi_slots: slot }] }));
-    expect(withReport(late, report).map((point) => point.slot)).toEqual([1, 2, 3]);
-    expect(withReport(withReport(late, report), report).map((point) => point.slot)).toEqual([1, 2, 3]);
+    const record = [1, 2].map((slot) => ({ slot, metrics, mean_aoi_slots: slot, decision_ms: 2 }));
+    expect(withRecord(late, record).map((point) => point.slot)).toEqual([1, 2, 3]);
+    expect(withRecord(withRecord(late, record), record).map((point) => point.slot)).toEqual([1, 2, 3]);
   });
   it("have no mean without users", () => {
     expect(meanAoi([])).toBeNull();

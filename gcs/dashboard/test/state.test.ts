@@ -8,7 +8,7 @@ const hello = { type: "hello", version: "0", role: "operator", actor: "me", rate
 beforeEach(() => {
   state.area.value = null;
   state.events.value = [];
-  state.acknowledged.value = new Set();
+  state.acknowledged.value = new Map();
   state.opened();
   state.receive({ ...hello, topics: [] }, 0);
 });

@@ -9,6 +9,7 @@ export interface Alert {
   text: string;
   systemId: number | null;
   sequence: number | null; // of the event, when it can be acknowledged
+  timeS: number | null; // of the event
 }
 
 export const BATTERY_WARNING = 0.15;
@@ -22,7 +23,7 @@ export function vehicleAlerts(vehicle: VehicleView): Alert[] {
   const id = vehicle.system_id;
   const found: Alert[] = [];
   const add = (severity: Severity, what: string, text: string): void => {
-    found.push({ key: `${id}:${what}`, severity, text: `UAV ${id}: ${text}`, systemId: id, sequence: null });
+    found.push({ key: `${id}:${what}`, severity, text: `UAV ${id}: ${text}`, systemId: id, sequence: null, timeS: null });
   };
   const { heartbeat_age_s: heartbeat, position_age_s: position, battery_fraction: battery } = vehicle;
   if (heartbeat === null) add("caution", "silent", "never heard");
@@ -35,25 +36,26 @@ export function vehicleAlerts(vehicle: VehicleView): Alert[] {
   return found;
 }
 
-/** Everything wrong, warnings first; `acknowledged` holds the sequence numbers of events that were. */
+/** Everything wrong, warnings first; `acknowledged` holds the events that were, and by whom. */
 export function allAlerts(
   snapshot: SnapshotMessage | null,
   events: readonly EventMessage[],
-  acknowledged: ReadonlySet<number>,
+  acknowledged: ReadonlyMap<number, string>,
 ): Alert[] {
   const found = snapshot === null ? [] : snapshot.vehicles.flatMap(vehicleAlerts);
   if (snapshot !== null && !snapshot.healthy) {
     const text = "The flight loop is late: drones hold by themselves";
-    found.push({ key: "loop", severity: "warning", text, systemId: null, sequence: null });
+    found.push({ key: "loop", severity: "warning", text, systemId: null, sequence: null, timeS: null });
   }
   if (snapshot?.stopped === true) {
     const text = "Emergency stop: UAVs hold until it is released";
-    found.push({ key: "stopped", severity: "warning", text, systemId: null, sequence: null });
+    found.push({ key: "stopped", severity: "warning", text, systemId: null, sequence: null, timeS: null });
   }
   for (const event of events) {
     if (event.severity === "info" || acknowledged.has(event.sequence)) continue;
     const key = `event:${event.sequence}`;
-    found.push({ key, severity: event.severity, text: event.message, systemId: event.system_id, sequence: event.sequence });
+    const { severity, message: text, system_id: systemId, sequence, time_s: timeS } = event;
+    found.push({ key, severity, text, systemId, sequence, timeS });
   }
   return found.sort((a, b) => RANK[a.severity] - RANK[b.severity] || (b.sequence ?? Infinity) - (a.sequence ?? Infinity));
 }

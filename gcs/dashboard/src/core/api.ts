@@ -1,6 +1,8 @@
 /** The server's REST interface. Every answer is a value: what came back, or why not, in the server's words. */
 
-import type { ReportSlot } from "./series";
+import type { Explanation } from "./explanation";
+import type { DryRun } from "./forecast";
+import type { SeriesPoint } from "./series";
 import type { CampaignStatic } from "./types";
 
 export type Answer<T> = { ok: true; value: T } | { ok: false; status: number; reason: string };
@@ -17,8 +19,15 @@ export interface MissionFile {
   error: string | null; // why it cannot be flown
 }
 
+export interface Checkpoint {
+  file: string;
+  provenance: Record<string, unknown> | null;
+}
+
 export interface PolicyInfo {
   name: string;
+  learned: boolean;
+  checkpoints: Checkpoint[];
 }
 
 export interface CampaignInfo {
@@ -41,6 +50,9 @@ export interface CommandAnswer {
   reason: string;
 }
 
+/** What is to be created or flown dry: a mission at hand, a whole document, or (dry only) a campaign. */
+export type MissionBody = { mission: string; policy?: string } | { campaign: string } | Record<string, unknown>;
+
 export type CampaignAct = "start" | "pause" | "resume" | "abort";
 
 const UNREACHABLE = "the server does not answer";
@@ -56,8 +68,16 @@ export class Api {
   campaigns = (): Promise<Answer<CampaignInfo[]>> => this.ask("GET", "campaigns");
   policies = (): Promise<Answer<PolicyInfo[]>> => this.ask("GET", "policies");
   campaign = (id: string): Promise<Answer<CampaignDetail>> => this.ask("GET", `campaigns/${encodeURIComponent(id)}`);
-  create = (mission: string, policy: string | null): Promise<Answer<CampaignInfo>> =>
-    this.ask("POST", "campaigns", policy === null ? { mission } : { mission, policy });
+  missionDocument = (name: string): Promise<Answer<Record<string, unknown>>> => this.ask("GET", `missions/${encodeURIComponent(name)}`);
+  create = (body: MissionBody): Promise<Answer<CampaignInfo>> => this.ask("POST", "campaigns", body);
+  beginDryRun = (body: MissionBody): Promise<Answer<DryRun>> => this.ask("POST", "dry-runs", body);
+  dryRun = (id: string): Promise<Answer<DryRun>> => this.ask("GET", `dry-runs/${id}`);
+  cancelDryRun = (id: string): Promise<Answer<DryRun>> => this.ask("DELETE", `dry-runs/${id}`);
+  forecast = (id: string): Promise<Answer<DryRun>> => this.ask("GET", `campaigns/${encodeURIComponent(id)}/forecast`);
+  series = (id: string): Promise<Answer<SeriesPoint[]>> => this.ask("GET", `campaigns/${encodeURIComponent(id)}/series`);
+  explanation = (id: string): Promise<Answer<Explanation>> => this.ask("GET", `campaigns/${encodeURIComponent(id)}/explanation`);
+  acknowledge = (sequence: number, time_s: number): Promise<Answer<{ by: string }>> =>
+    this.ask("POST", "acknowledgements", { sequence, time_s });
   act = (id: string, act: CampaignAct): Promise<Answer<unknown>> =>
     this.ask("POST", `campaigns/${encodeURIComponent(id)}/${act}`);
   command = (systemId: number, command: string): Promise<Answer<CommandAnswer>> =>
@@ -65,11 +85,6 @@ export class Api {
   emergencyStop = (): Promise<Answer<unknown>> => this.ask("POST", "emergency-stop");
   resetStop = (): Promise<Answer<unknown>> => this.ask("POST", "emergency-stop/reset");
   reportUrl = (id: string): string => `${this.base}campaigns/${encodeURIComponent(id)}/report?format=html`;
-
-  async reportSlots(id: string): Promise<Answer<ReportSlot[]>> {
-    const answer = await this.ask<{ slots: ReportSlot[] }>("GET", `campaigns/${encodeURIComponent(id)}/report?format=json`);
-    return answer.ok ? { ok: true, value: answer.value.slots } : answer;
-  }
 
   private async ask<T>(method: string, path: string, body?: unknown, key = this.key()): Promise<Answer<T>> {
     const headers: Record<string, string> = { accept: "application/json" };

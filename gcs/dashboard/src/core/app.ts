@@ -1,9 +1,10 @@
 /** Wires stream, clock and REST to the state. The one place that knows addresses. */
 
-import { effect } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 
 import { Api } from "./api";
 import { keepKey, storedKey } from "./session";
+import { Bell, Speaker, type Tone } from "./sound";
 import * as state from "./state";
 import { Stream, streamUrl } from "./stream";
 
@@ -44,9 +45,47 @@ export function start(): void {
     asked = campaign.campaign_id;
     void fillCurves(campaign.campaign_id);
   });
+  effect(() => void askWhy(whyAsked.value));
+  listenForAlerts();
 }
 
 async function fillCurves(campaignId: string): Promise<void> {
-  const answer = await api.reportSlots(campaignId);
-  if (answer.ok) state.receiveReport(campaignId, answer.value);
+  const [record, foretold] = await Promise.all([api.series(campaignId), api.forecast(campaignId)]);
+  if (record.ok) state.receiveRecord(campaignId, record.value);
+  if (foretold.ok) state.receiveForecast(campaignId, foretold.value.forecast);
+}
+
+/** Which decision is to be explained: asked for once a slot, and only while somebody looks at a drone. */
+const whyAsked = computed(() => {
+  const campaign = state.snapshot.value?.campaign ?? null;
+  return campaign === null || state.selected.value === null ? null : `${campaign.campaign_id} ${campaign.slot}`;
+});
+
+async function askWhy(asked: string | null): Promise<void> {
+  if (asked === null) return;
+  const answer = await api.explanation(asked.split(" ")[0] ?? "");
+  if (answer.ok) state.receiveExplanation(answer.value);
+}
+
+/** Cautions are quiet for this tab; warnings never are. */
+export const muted = signal(false);
+/** The newest tone, for who looks instead of listening. */
+export const sounded = signal<{ tone: Tone; count: number } | null>(null);
+
+function listenForAlerts(): void {
+  const [bell, speaker] = [new Bell(), new Speaker()];
+  effect(() => {
+    const tone = bell.ring(state.alerts.value, muted.value, state.nowMs.value);
+    if (tone === null) return;
+    sounded.value = { tone, count: (sounded.peek()?.count ?? 0) + 1 };
+    speaker.play(tone);
+  });
+}
+
+/** Take note of an alert in one's own name; why not, where the server refuses. */
+export async function acknowledge(sequence: number, timeS: number): Promise<string | null> {
+  const answer = await api.acknowledge(sequence, timeS);
+  if (!answer.ok) return answer.reason;
+  state.acknowledge(sequence, answer.value.by);
+  return null;
 }

@@ -4,7 +4,9 @@ import { batch, computed, signal } from "@preact/signals";
 
 import { allAlerts } from "./alerts";
 import { linkState } from "./freshness";
-import { meanAoi, withReport, withSnapshot, type Point, type ReportSlot } from "./series";
+import type { Explanation } from "./explanation";
+import { forecastPoints, type Forecast } from "./forecast";
+import { meanAoi, withRecord, withSnapshot, type Point, type SeriesPoint } from "./series";
 import { withPlaces, type Trails } from "./trails";
 import type { CampaignStatic, EventMessage, HelloMessage, PlanView, ServerMessage, SnapshotMessage, UserView } from "./types";
 
@@ -20,7 +22,12 @@ export const plans = signal<readonly PlanView[]>([]);
 export const points = signal<readonly Point[]>([]);
 export const events = signal<readonly EventMessage[]>([]);
 export const missedEvents = signal(0);
-export const acknowledged = signal<ReadonlySet<number>>(new Set());
+/** Events that somebody has taken note of, and who. */
+export const acknowledged = signal<ReadonlyMap<number, string>>(new Map());
+/** What the shown campaign would score by its dry run. */
+export const forecast = signal<Forecast | null>(null);
+/** Why the drones do what they do in the present slot. */
+export const explanation = signal<Explanation | null>(null);
 /** Why the key at hand was not let in; null when there is nothing to say. */
 export const refused = signal<string | null>(null);
 export const selected = signal<number | null>(null);
@@ -36,6 +43,7 @@ export const silenceS = computed(() =>
 export const link = computed(() => linkState(open.value, everOpen.value, silenceS.value));
 export const live = computed(() => link.value === "live");
 export const alerts = computed(() => allAlerts(snapshot.value, events.value, acknowledged.value));
+export const foretold = computed(() => forecastPoints(forecast.value));
 export const mayFly = computed(() => hello.value !== null && hello.value.role !== "viewer");
 
 export function opened(): void {
@@ -72,8 +80,17 @@ export function receive(message: ServerMessage, atMs: number): void {
 }
 
 /** Curves of slots that were flown before the page was opened. */
-export function receiveReport(campaignId: string, slots: readonly ReportSlot[]): void {
-  if (area.value?.campaign_id === campaignId) points.value = withReport(points.value, slots);
+export function receiveRecord(campaignId: string, record: readonly SeriesPoint[]): void {
+  if (area.value?.campaign_id === campaignId) points.value = withRecord(points.value, record);
+}
+
+/** The forecast of a campaign, or null when it has none. */
+export function receiveForecast(campaignId: string, value: Forecast | null): void {
+  if (area.value?.campaign_id === campaignId) forecast.value = value;
+}
+
+export function receiveExplanation(value: Explanation): void {
+  if (area.value?.campaign_id === value.campaign_id) explanation.value = value;
 }
 
 /** Show a campaign that is not in the air (yet); the stream takes over when another one starts. */
@@ -81,8 +98,8 @@ export function preview(campaign: CampaignStatic): void {
   batch(() => enter(campaign));
 }
 
-export function acknowledge(sequence: number): void {
-  acknowledged.value = new Set([...acknowledged.value, sequence]);
+export function acknowledge(sequence: number, by: string): void {
+  if (!acknowledged.value.has(sequence)) acknowledged.value = new Map([...acknowledged.value, [sequence, by]]);
 }
 
 function enter(campaign: CampaignStatic): void {
@@ -92,6 +109,8 @@ function enter(campaign: CampaignStatic): void {
   points.value = [];
   users.value = [];
   trails.value = new Map();
+  forecast.value = null;
+  explanation.value = null;
 }
 
 function takeSnapshot(message: SnapshotMessage): void {
@@ -111,10 +130,12 @@ function takeEvent(event: EventMessage): void {
     const known = events.value.find((one) => one.sequence === event.sequence);
     if (known === undefined || sameEvent(known, event)) return; // told again after a reconnect
     events.value = []; // another server, which numbers its events anew
-    acknowledged.value = new Set();
+    acknowledged.value = new Map();
   } else if (newest !== undefined && event.sequence > newest.sequence + 1) {
     missedEvents.value += event.sequence - newest.sequence - 1;
   }
+  const noted = event.kind === "alert.acknowledged" ? event.data["sequence"] : null;
+  if (typeof noted === "number") acknowledge(noted, event.actor);
   events.value = keep([event, ...events.value]);
 }
 

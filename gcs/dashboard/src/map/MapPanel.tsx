@@ -7,6 +7,7 @@ import { Map as MapView, NavigationControl, ScaleControl, setWorkerUrl, type Geo
 import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?worker&url";
 import { useEffect, useRef } from "preact/hooks";
 
+import { explained, whyLines } from "../core/explanation";
 import { frameOf, toLngLat } from "../core/geo";
 import * as state from "../core/state";
 import { scheme } from "../core/theme";
@@ -48,6 +49,7 @@ export function MapPanel() {
         data-testid="map"
         data-drones={area === null ? 0 : (state.snapshot.value?.vehicles.length ?? 0)}
         data-users={state.users.value.length}
+        data-why-lines={whyLines(explained(state.explanation.value, state.selected.value), state.users.value).length}
       />
       {failure.value !== null && <p class="map-note">The map cannot be drawn here ({failure.value}). Everything else works.</p>}
       {area === null && <p class="map-note">No campaign yet: choose a mission and create one.</p>}
@@ -109,6 +111,8 @@ const moving = (): Moving => ({
   plans: state.plans.value,
   selected: state.selected.value,
   live: state.live.value,
+  why: explained(state.explanation.value, state.selected.value),
+  users: state.users.value,
 });
 
 function repaint(map: MapView, _scheme: string): void {

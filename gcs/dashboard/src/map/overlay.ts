@@ -5,10 +5,11 @@
 
 import type { Map as MapView } from "maplibre-gl";
 
+import { bestAlternatives, moveEndM, whyLines, type UavExplanation } from "../core/explanation";
 import { frameOf, pixelsAtZoom0, toLngLat } from "../core/geo";
 import { color } from "../core/theme";
 import type { Trails } from "../core/trails";
-import type { CampaignStatic, Pair, PlanView, VehicleView } from "../core/types";
+import type { CampaignStatic, Pair, PlanView, UserView, VehicleView } from "../core/types";
 import { droneLook, placed, type DroneLook } from "./scene";
 
 export interface Moving {
@@ -18,6 +19,8 @@ export interface Moving {
   plans: readonly PlanView[];
   selected: number | null;
   live: boolean;
+  why: UavExplanation | null; // of the chosen drone
+  users: readonly UserView[];
 }
 
 const LOOK_COLORS: Record<DroneLook, string> = { normal: "drone", stale: "drone-stale", caution: "caution", warning: "warning" };
@@ -26,7 +29,7 @@ const FONT = "700 15px system-ui, 'DejaVu Sans', sans-serif";
 
 export class Overlay {
   private readonly canvas = document.createElement("canvas");
-  private moving: Moving = { campaign: null, vehicles: [], trails: new Map(), plans: [], selected: null, live: false };
+  private moving: Moving = { campaign: null, vehicles: [], trails: new Map(), plans: [], selected: null, live: false, why: null, users: [] };
 
   constructor(private readonly map: MapView) {
     this.canvas.className = "overlay";
@@ -67,7 +70,28 @@ export class Overlay {
       if (vehicle.landed !== "on_ground") drawReach(context, at, reachPx, vehicle.system_id === selected);
     for (const trail of trails.values()) this.line(context, trail, "trail", 1.6, []);
     if (live) for (const plan of plans) this.line(context, plan.path_m, "plan", 2.6, [6, 4]);
+    if (live) this.drawWhy(context, campaign);
     for (const { vehicle, at } of drones) drawDrone(context, at, vehicle, droneLook(vehicle, live), vehicle.system_id === selected);
+  }
+
+  /** From the chosen drone: lines to whom it attends to, its plan, and its alternatives with what they would cost. */
+  private drawWhy(context: CanvasRenderingContext2D, campaign: CampaignStatic): void {
+    const { why, users, vehicles } = this.moving;
+    const drone = placed(vehicles).find((vehicle) => vehicle.system_id === why?.system_id);
+    if (why === null || drone === undefined) return;
+    const here: Pair = [drone.east_m, drone.north_m];
+    for (const { toM, strength } of whyLines(why, users)) {
+      context.globalAlpha = 0.35 + 0.65 * strength;
+      this.line(context, [here, toM], "why", 1 + 4 * strength, []);
+    }
+    context.globalAlpha = 1;
+    this.line(context, why.path_m, "plan", 1.6, [2, 5]);
+    const from = why.path_m[0] ?? here;
+    for (const other of bestAlternatives(why)) {
+      const end = moveEndM(from, other, campaign.slot_s);
+      this.line(context, [from, end], "drone-stale", 1.6, [3, 3]);
+      drawName(context, `+${other.worse_by.toFixed(2)}`, color("map-ground"), this.pixel(end));
+    }
   }
 
   /** The canvas, empty and as large as the map; null where there is nothing to draw on. */
@@ -132,12 +156,12 @@ function drawDrone(context: CanvasRenderingContext2D, [x, y]: Pair, vehicle: Veh
   context.restore();
 }
 
-function drawName(context: CanvasRenderingContext2D, name: string, ground: string): void {
+function drawName(context: CanvasRenderingContext2D, name: string, ground: string, [x, y]: Pair = [13, -11]): void {
   context.font = FONT;
   context.lineJoin = "round";
   context.lineWidth = 4;
   context.strokeStyle = ground;
-  context.strokeText(name, 13, -11);
+  context.strokeText(name, x, y);
   context.fillStyle = color("ink");
-  context.fillText(name, 13, -11);
+  context.fillText(name, x, y);
 }

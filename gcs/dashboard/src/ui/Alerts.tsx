@@ -1,34 +1,67 @@
-/** What is wrong now: warnings on top and red, cautions yellow below. Nothing here when all is normal. */
+/**
+ * What is wrong now: warnings on top and red, cautions yellow below, each until it is over or somebody has taken note of
+ * it by name. None is left out for want of room: the list scrolls. Nothing here when all is normal.
+ */
+
+import { signal } from "@preact/signals";
 
 import type { Alert } from "../core/alerts";
+import { acknowledge, muted, sounded } from "../core/app";
 import * as state from "../core/state";
 
-const SHOWN = 6;
+const refusal = signal<string | null>(null);
+
+async function takeNote(sequence: number, timeS: number): Promise<void> {
+  refusal.value = await acknowledge(sequence, timeS);
+}
 
 export function Alerts() {
   const alerts = state.alerts.value;
   if (alerts.length === 0) return null;
+  const warnings = alerts.filter((alert) => alert.severity === "warning").length;
   return (
-    <section class="alerts" aria-label="Alerts" aria-live="assertive">
-      <ul>
-        {alerts.slice(0, SHOWN).map((alert) => (
+    <section class="alerts" aria-label="Alerts">
+      <div class="alerts-head">
+        <span class="note">{count(warnings, "warning")}, {count(alerts.length - warnings, "caution")}</span>
+        {refusal.value !== null && <span class="verdict bad" role="status">Not acknowledged: {refusal.value}</span>}
+        <Mute />
+      </div>
+      <ul aria-live="assertive" tabIndex={0} aria-label="Alerts by priority">
+        {alerts.map((alert) => (
           <AlertLine key={alert.key} alert={alert} />
         ))}
       </ul>
-      {alerts.length > SHOWN && <p class="note">and {alerts.length - SHOWN} more, in the events and on the cards</p>}
     </section>
   );
 }
 
+const count = (number: number, what: string): string => `${number} ${what}${number === 1 ? "" : "s"}`;
+
+function Mute() {
+  return (
+    <button
+      type="button"
+      aria-pressed={muted.value}
+      title="Cautions make no sound while this is pressed; warnings always do"
+      data-testid="mute"
+      data-sounded={sounded.value?.tone}
+      data-times={sounded.value?.count ?? 0}
+      onClick={() => (muted.value = !muted.value)}
+    >
+      Mute cautions
+    </button>
+  );
+}
+
 function AlertLine({ alert }: { alert: Alert }) {
-  const { sequence } = alert;
+  const { sequence, timeS } = alert;
   return (
     <li class={alert.severity}>
       <span>
         <b>{alert.severity === "warning" ? "Warning" : "Caution"}</b> {alert.text}
       </span>
-      {sequence !== null && (
-        <button type="button" aria-label={`Acknowledge: ${alert.text}`} onClick={() => state.acknowledge(sequence)}>
+      {sequence !== null && timeS !== null && state.mayFly.value && (
+        <button type="button" aria-label={`Acknowledge as ${state.hello.value?.actor}: ${alert.text}`} onClick={() => void takeNote(sequence, timeS)}>
           Acknowledge
         </button>
       )}

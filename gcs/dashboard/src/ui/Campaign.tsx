@@ -3,12 +3,15 @@
 import { effect, signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 
-import type { CampaignAct, CampaignInfo, MissionFile, PolicyInfo } from "../core/api";
+import type { CampaignAct, CampaignInfo, MissionBody, MissionFile, PolicyInfo } from "../core/api";
 import { api } from "../core/app";
 import { allowed, isOver } from "../core/campaigns";
+import { begin, dryRun } from "../core/dryRuns";
 import { uavNames } from "../core/format";
 import * as state from "../core/state";
+import { DryRunResult } from "./DryRunResult";
 import { HoldButton } from "./HoldButton";
+import { PolicyCard } from "./PolicyCard";
 
 const missions = signal<readonly MissionFile[]>([]);
 const policies = signal<readonly PolicyInfo[]>([]);
@@ -34,9 +37,12 @@ async function show(id: string): Promise<void> {
   if (answer.ok && chosen.value === id) state.preview(answer.value.static);
 }
 
+/** What the form says. */
+const wanted = (): MissionBody => (policy.value === "" ? { mission: mission.value } : { mission: mission.value, policy: policy.value });
+
 async function create(event: Event): Promise<void> {
   event.preventDefault();
-  const answer = await api.create(mission.value, policy.value === "" ? null : policy.value);
+  const answer = await api.create(wanted());
   if (!answer.ok) return say(answer.reason, false);
   say(`${answer.value.name} created`, true);
   await Promise.all([refresh(), show(answer.value.id)]);
@@ -90,6 +96,7 @@ export function Campaign() {
       )}
       {campaign !== null && <Controls campaign={campaign} />}
       {message.value !== null && <p class={`verdict${message.value.good ? "" : " bad"}`} role="status">{message.value.text}</p>}
+      <DryRunResult />
       {state.mayFly.value ? <Create /> : <p class="note">Sign in with an operator's key to create and fly campaigns.</p>}
     </section>
   );
@@ -111,6 +118,11 @@ function Controls({ campaign }: { campaign: CampaignInfo }) {
         {hold("resume", "Resume", `Resume ${campaign.name}: ${reached} fly on`)}
         {hold("abort", "Abort", `Abort ${campaign.name}: ${reached} return and land`, true)}
       </div>
+      {campaign.slot === 0 && state.mayFly.value && (
+        <button type="button" disabled={!mayDryRun()} onClick={() => void begin({ campaign: campaign.id }, campaign.id)}>
+          Dry run of {campaign.name}
+        </button>
+      )}
       {campaign.slot > 0 && (
         <p class="note">
           <a href={api.reportUrl(campaign.id)} target="_blank" rel="noreferrer">
@@ -121,6 +133,8 @@ function Controls({ campaign }: { campaign: CampaignInfo }) {
     </>
   );
 }
+
+const mayDryRun = (): boolean => state.mayFly.value && state.live.value && dryRun.value?.state !== "running";
 
 function Create() {
   const file = missions.value.find((one) => one.name === mission.value);
@@ -152,9 +166,15 @@ function Create() {
           </select>
         </p>
         {file?.warnings.map((text) => <p key={text} class="caution">{text}</p>)}
-        <button type="submit" disabled={mission.value === "" || !state.live.value}>
-          Create
-        </button>
+        <PolicyCard policy={policies.value.find((one) => one.name === (policy.value || file?.policy))} />
+        <div class="orders">
+          <button type="button" disabled={mission.value === "" || !mayDryRun()} onClick={() => void begin(wanted(), null)}>
+            Dry run
+          </button>
+          <button type="submit" disabled={mission.value === "" || !state.live.value}>
+            Create
+          </button>
+        </div>
       </form>
     </details>
   );

@@ -9,6 +9,7 @@ import { positionStale, vehicleStale } from "../core/freshness";
 import * as state from "../core/state";
 import type { VehicleView } from "../core/types";
 import { HoldButton } from "./HoldButton";
+import { Why } from "./Why";
 
 interface Order {
   command: string;
@@ -74,6 +75,7 @@ function Card({ vehicle }: { vehicle: VehicleView }) {
       ))}
       <LastVerdict vehicle={vehicle} />
       {chosen && <Orders id={id} />}
+      {chosen && <Why id={id} />}
     </li>
   );
 }

@@ -20,6 +20,8 @@ export function Legend() {
         <li><span class="line reach" /> service radius {fixed(state.area.value?.serving_radius_m, 0, " m")}</li>
         <li><span class="line plan" /> planned this slot</li>
         <li><span class="line trail" /> flown</li>
+        {state.selected.value !== null && <li><span class="line why" /> attends to, by weight</li>}
+        {state.selected.value !== null && <li><span class="line other" /> alternative, and its cost</li>}
       </ul>
     </details>
   );

@@ -1,0 +1,38 @@
+/** Why the chosen drone does what it does: what else it could do and what that would cost, and whom it attends to. */
+
+import { bestAlternatives, explained } from "../core/explanation";
+import { fixed, percent } from "../core/format";
+import * as state from "../core/state";
+
+export function Why({ id }: { id: number }) {
+  const why = state.explanation.value;
+  const uav = explained(why, id);
+  const plan = state.plans.value.find((one) => one.system_id === id);
+  if (why === null || uav === null || plan === undefined) return null;
+  const others = bestAlternatives(uav);
+  return (
+    <section class="why" aria-label={`Why UAV ${id} flies so`} data-testid={`why-${id}`}>
+      <p>
+        <b>Why</b> {why.policy} flies {fixed(plan.heading_deg, 0, "°")} at {fixed(plan.speed_mps, 1, " m/s")} in slot {why.slot}
+        {why.horizon_slots !== null && <span class="note"> · looks {why.horizon_slots} slots ahead</span>}
+      </p>
+      {others.length === 0 && uav.relations.length === 0 && <p class="note">This policy gives no reasons.</p>}
+      {others.length > 0 && (
+        <table>
+          <caption class="note">Instead, and what it would cost (AoI, slots)</caption>
+          <tbody>
+            {others.map((other) => (
+              <tr key={`${other.heading_deg} ${other.speed_mps}`}>
+                <th scope="row">{fixed(other.heading_deg, 0, "°")} at {fixed(other.speed_mps, 1, " m/s")}</th>
+                <td>{other.worse_by >= 0 ? "+" : "−"}{fixed(Math.abs(other.worse_by), 2)}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      )}
+      {uav.relations.length > 0 && (
+        <p class="note">Attends to {uav.relations.map(({ user_id, weight }) => `${user_id} (${percent(weight, 1)})`).join(", ")}</p>
+      )}
+    </section>
+  );
+}
