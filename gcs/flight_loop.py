@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from gcs.mission.manager import MissionManager, Refused
 from gcs.mission.order import CampaignOrder
+from gcs.mission.resume import Resumption
 from gcs.ports import (
     CommandKind,
     CommandTicket,
@@ -137,6 +138,14 @@ class FlightLoop:
     def start(self, order: CampaignOrder, actor: str = "system") -> None:
         """Begin a campaign from the flight thread itself; raises ``Refused``."""
         self._manager.start(order, self._clock.now_s(), actor)
+
+    def take_up(self, order: CampaignOrder, resumption: Resumption) -> None:
+        """Go on with a campaign of a process before; to be called before :meth:`run`."""
+        self._manager.take_up(order, resumption, self._clock.now_s())
+
+    def latch_stop(self) -> None:
+        """The emergency stop was latched when the process before ended; to be called before :meth:`run`."""
+        self._manager.emergency.press()
 
     def _wait(self) -> float:
         self._clock.wait_until(self._next_s)

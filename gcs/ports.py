@@ -292,6 +292,14 @@ class Journal(Protocol):
 
     def record_slot(self, campaign_id: str, record: "SlotRecord") -> None: ...
 
+    def record_decision(self, campaign_id: str, record: "DecisionRecord") -> None: ...
+
+    def checkpoint(self, checkpoint: "Checkpoint") -> None:
+        """Keep the newest one of its campaign: what a restarted server takes the flight up from."""
+
+    def settle(self) -> bool:
+        """Wait until what was recorded so far is durable, some tens of milliseconds at most; False: it is not yet."""
+
 
 # --- campaign -----------------------------------------------------------------------------------------------------
 
@@ -345,6 +353,50 @@ class SlotRecord:
     users: tuple[UserSlot, ...]
     metrics: Metrics | None  # so far; None at slot 0
     decision_ms: float | None = None
+
+
+@dataclass(frozen=True)
+class DecisionRecord:
+    """A decision with the fleet that it was made for; the users stand in the slot record of the same number.
+
+    One entry a UAV in each tuple: positions and velocities east, north.
+    """
+
+    slot: int
+    pos_enu_m: tuple[tuple[float, float], ...]
+    vel_enu_mps: tuple[tuple[float, float], ...]
+    energy_left_j: tuple[float, ...]
+    active: tuple[bool, ...]
+    heading_rad: tuple[float, ...]
+    speed_mps: tuple[float, ...]
+    duration_ms: float | None
+
+
+@dataclass(frozen=True)
+class DroneCheckpoint:
+    """One drone of a campaign as a restarted server must know it."""
+
+    system_id: int
+    control: str  # gcs.mission.drone.Control
+    pad_m: tuple[float, float] | None = None  # where it took off, east, north
+    active: bool = False
+    landed: bool = False
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A campaign in the air, beside its slot records; ``slot_elapsed_s`` on the slot clock when it was taken."""
+
+    campaign_id: str
+    state: CampaignState
+    ending: str  # gcs.mission.states.Trigger
+    reason: str
+    slot: int  # slots closed
+    slot_elapsed_s: float
+    max_speed_mps: float  # what the plan counts on, as the vehicles said at the start
+    max_accel_mps2: float
+    seed: int
+    drones: tuple[DroneCheckpoint, ...]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from gcs.ports import OperatorRequest, UserPlaces
+from gcs.ports import OperatorRequest, SlotRecord, UserPlaces
+from gcs.store.records import CampaignRecord
 from policy.mission_file import Mission
 from policy.world.arrays import FloatArray
 from policy.world.frames import LocalFrame
@@ -80,6 +81,13 @@ class LiveUsers:
             fates = [self._take(fix, now) for fix in fixes]
         return FixTally(**{fate: fates.count(fate) for fate in set(fates)})
 
+    def bring_back(self, record: SlotRecord) -> None:
+        """Take the rows over from a record; any new fix of a user counts."""
+        with self._lock:
+            for row, user in enumerate(record.users[: self.capacity]):
+                self._rows[user.user_id] = row
+                self._pos_enu_m[row] = (user.east_m, user.north_m)
+
     def _take(self, fix: Fix, now: datetime) -> str:
         known = self._times.get(fix.user)
         east_m, north_m = map(float, self._frame.to_enu_m(fix.lat_deg, fix.lon_deg))
@@ -89,7 +97,7 @@ class LiveUsers:
             return "stale"
         if not (0.0 <= east_m <= self._size_m[0] and 0.0 <= north_m <= self._size_m[1]):
             return "outside"
-        if known is None and len(self._rows) >= self.capacity:
+        if fix.user not in self._rows and len(self._rows) >= self.capacity:
             return "full"
         row = self._rows.setdefault(fix.user, len(self._rows))
         self._pos_enu_m[row] = (east_m, north_m)
@@ -135,6 +143,11 @@ class LiveCampaigns:
         if not ids:
             raise ValueError("no user has sent a fix yet: post fixes before the start")
         return replace(scenario, collect_mbps=scenario.collect_mbps[: len(ids)]), ids, Roster(users, len(ids))
+
+    def bring_back(self, record: CampaignRecord, mission: Mission, slots: Sequence[SlotRecord]) -> None:
+        """After a restart: who took part, where they were at the end of the newest slot."""
+        if mission.users.kind == "live" and slots:
+            self.users(record.id, mission).bring_back(slots[-1])
 
     def forget(self, campaign_id: str) -> None:
         """A campaign is over; places of people are not kept longer than needed."""

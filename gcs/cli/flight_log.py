@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from gcs.ports import Event, Journal, Severity, SlotRecord
+from gcs.ports import Checkpoint, DecisionRecord, Event, Journal, Severity, SlotRecord
 
 
 @dataclass
@@ -28,3 +28,18 @@ class FlightLog:
         self.slots.append(record)
         for journal in self.also:
             journal.record_slot(campaign_id, record)
+
+    def record_decision(self, campaign_id: str, record: DecisionRecord) -> None:
+        """Pass on."""
+        for journal in self.also:
+            journal.record_decision(campaign_id, record)
+
+    def checkpoint(self, checkpoint: Checkpoint) -> None:
+        """Pass on: a headless flight itself is not taken up again."""
+        for journal in self.also:
+            journal.checkpoint(checkpoint)
+
+    def settle(self) -> bool:
+        """Memory is there at once."""
+        settled = [journal.settle() for journal in self.also]  # each one, whatever the others say
+        return all(settled)

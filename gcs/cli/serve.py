@@ -17,11 +17,12 @@ from gcs.api.server import ListenError, open_listener, serve, shown_address
 from gcs.api.settings import ApiSettings, is_loopback
 from gcs.bootstrap import make_loop, make_preparer
 from gcs.cli.errors import complain
+from gcs.cli.restart import Restart, close
 from gcs.clock import RealClock
 from gcs.config import ConfigError, ServerConfig, check_config, load_config
 from gcs.links.pymavlink_link import PymavlinkFleetLink
 from gcs.links.transport import LinkError
-from gcs.ports import CampaignState, Event, FlightControl, Severity
+from gcs.ports import FlightControl
 from gcs.store.engine import StoreError
 from gcs.store.store import Store, using_store
 
@@ -39,6 +40,7 @@ def add_serve_parser(commands: Any) -> None:
     parser.add_argument(
         "--drone", action="append", default=[], metavar="SYSID=ADDRESS", help="a vehicle, such as 1=udpout:HOST:PORT"
     )
+    parser.add_argument("--speedup", type=float, metavar="X", help="flight seconds a second, for simulated drones only")
     parser.set_defaults(run=run_serve)
 
 
@@ -55,7 +57,7 @@ def run_serve(args: argparse.Namespace) -> int:
 
 def with_options(config: ServerConfig, args: argparse.Namespace) -> ServerConfig:
     """Options win over the file."""
-    server = {name: value for name in ("host", "port") if (value := getattr(args, name)) is not None}
+    server = {name: value for name in ("host", "port", "speedup") if (value := getattr(args, name)) is not None}
     document = config.model_dump()
     document["server"] |= server
     document["drones"] |= dict(_drone(text) for text in args.drone)
@@ -78,7 +80,6 @@ def _serve(config: ServerConfig, store: Store) -> None:
         closing(open_listener(config.server.host, config.server.port)) as listener,
         _flight(config, store, live) as flight,
     ):
-        _close_unfinished(store)
         app = create_app(flight, store, settings, live)
         print(f"gcs: open {shown_address(listener)}", flush=True)
         if settings.one_time_key is not None:
@@ -105,11 +106,15 @@ def _flight(config: ServerConfig, store: Store, live: LiveCampaigns) -> Iterator
     """The flight loop in its thread; without drones there is nothing to fly."""
     if not config.drones:
         print("gcs: no drones are configured; records can be looked at", flush=True)
+        for record in store.campaigns.unfinished():
+            close(store, record, f"the server ended while it was {record.state}; started again without drones")
         yield IdleControl()
         return
     prepare = make_preparer(tuple(config.drones), policy_url=config.policy.url, live=live.enrol)
     link = PymavlinkFleetLink(_addresses(config.drones), {address: i for i, address in config.drones.items()})
-    loop = make_loop(RealClock(), link, store.journal, prepare)
+    clock = RealClock(config.server.speedup)
+    loop = make_loop(clock, link, store.journal, prepare)
+    Restart(store, loop, clock, prepare, config.server.speedup, live.bring_back).run()
     thread = threading.Thread(target=loop.run, name="flight", daemon=True)
     thread.start()
     try:
@@ -123,15 +128,6 @@ def _flight(config: ServerConfig, store: Store, live: LiveCampaigns) -> Iterator
 def _addresses(drones: Mapping[int, str]) -> list[str]:
     """Each once: several vehicles may share a port."""
     return list(dict.fromkeys(drones.values()))
-
-
-def _close_unfinished(store: Store) -> None:
-    """Campaigns that were in the air when the last server ended are not taken up again; their records say so."""
-    for record in store.campaigns.unfinished():
-        reason = f"the server ended while it was {record.state}"
-        store.campaigns.set_state(record.id, record.state, CampaignState.FAILED, reason)
-        event = Event(0.0, "campaign.interrupted", reason, Severity.WARNING, record.id)
-        store.journal.record(event)
 
 
 def _warn_of_drones_in_the_air(flight: FlightControl) -> None:

@@ -9,8 +9,9 @@ from policy.world.energy import propulsion_power_w
 class EnergyMeter:
     """Collects ground speeds tick by tick and integrates them when asked (trapezoid over the true tick times)."""
 
-    def __init__(self, num_uavs: int) -> None:
-        self._used_j = np.zeros(num_uavs)
+    def __init__(self, num_uavs: int, used_j: FloatArray | None = None) -> None:
+        """``used_j`` [U]: what a flight that is taken up again has used before."""
+        self._used_j = np.zeros(num_uavs) if used_j is None else np.array(used_j, dtype=np.float64)
         self._times_s: list[float] = []
         self._speeds_mps: list[list[float]] = []
         self._airborne: list[list[bool]] = []
@@ -20,6 +21,11 @@ class EnergyMeter:
         self._times_s.append(now_s)
         self._speeds_mps.append(speed_mps)
         self._airborne.append(airborne)
+
+    def assume_hover(self, duration_s: float, airborne: list[bool]) -> None:
+        """Nobody watched for so long: a vehicle that is in the air now hovered, for all that is known."""
+        hover_w = float(propulsion_power_w(np.array(0.0)))
+        self._used_j = self._used_j + hover_w * duration_s * np.asarray(airborne, dtype=np.float64)
 
     def used_j(self) -> FloatArray:
         """[U] joules since construction."""

@@ -4,6 +4,7 @@ The same functions as in evaluation (``policy.world.transition.serve``), fed wit
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,6 +48,24 @@ class CampaignLedger:
         self._aoi: list[FloatArray] = []
         self._data_mb: list[FloatArray] = []
         self._served: list[BoolArray] = []
+
+    def reopen(self, records: Sequence[SlotRecord]) -> None:
+        """Take the books over from ``records`` (slots 0, 1, 2 ... without a gap), in place of the opening state."""
+        if [record.slot for record in records] != list(range(len(records))) or not records:
+            raise ValueError(f"the records hold slots {[record.slot for record in records]}, not 0, 1, 2 ...")
+        for record in records[1:]:
+            self._places.positions(record.slot)  # a trace reveals one sample after the other
+            self._aoi.append(np.array([user.aoi_slots for user in record.users]))
+            self._data_mb.append(np.array([user.data_mb for user in record.users]))
+            self._served.append(np.array([user.served for user in record.users], dtype=np.bool_))
+        last = records[-1]
+        self._state = replace(
+            self._state,
+            slot=last.slot,
+            user_pos_enu_m=np.array([(user.east_m, user.north_m) for user in last.users]),
+            user_data_mb=np.array([user.data_mb for user in last.users]),
+            user_aoi_slots=np.array([user.aoi_slots for user in last.users]),
+        )
 
     @property
     def slots_closed(self) -> int:

@@ -5,9 +5,10 @@ from typing import Any
 
 from gcs.mission.drone import Drone
 from gcs.mission.order import CampaignOrder, fleet_limits, planning_scenario
+from gcs.mission.resume import Resumption
 from gcs.mission.slot_flight import SlotFlight
 from gcs.mission.states import Trigger
-from gcs.ports import CampaignSnapshot, CampaignState, SlotRecord, VehicleStatus
+from gcs.ports import CampaignSnapshot, CampaignState, Checkpoint, DroneCheckpoint, SlotRecord, VehicleStatus
 from gcs.safety.envelope import envelope_of
 from gcs.safety.gate import SafetyGate
 from gcs.safety.monitor import ViolationMonitor
@@ -16,10 +17,14 @@ from gcs.safety.monitor import ViolationMonitor
 class Campaign:
     """Everything about the campaign being flown; made at its start."""
 
-    def __init__(self, order: CampaignOrder, vehicles: Mapping[int, VehicleStatus]) -> None:
+    def __init__(
+        self, order: CampaignOrder, vehicles: Mapping[int, VehicleStatus], resumption: Resumption | None = None
+    ) -> None:
+        """``resumption``: another server flew it before; it is pending until the drones are in our hands again."""
         self.order = order
+        self.resumption = resumption
         known = [vehicles[i].limits for i in order.system_ids if i in vehicles]
-        self.limits = fleet_limits(order.scenario, known)
+        self.limits = resumption.limits if resumption is not None else fleet_limits(order.scenario, known)
         self.scenario = planning_scenario(order.scenario, self.limits, order.settings)
         self.envelope = envelope_of(self.scenario, self.limits.max_accel_mps2)
         self.gate = SafetyGate(self.envelope)
@@ -31,6 +36,28 @@ class Campaign:
         self.slots: SlotFlight | None = None
         self.records: list[SlotRecord] = []
         self.gate_acts: dict[int, tuple[str, float]] = {}  # system id -> newest reason, when
+        if resumption is not None:
+            was = resumption.checkpoint
+            self.state, self.ending, self.reason = resumption.state, Trigger(was.ending), was.reason
+            self.records = list(resumption.records)
+
+    def checkpoint(self, now_s: float) -> Checkpoint:
+        """What a restarted server must know to take this campaign up, beside the slot records."""
+        slots = self.slots
+        return Checkpoint(
+            campaign_id=self.order.campaign_id,
+            state=self.state,
+            ending=self.ending.value,
+            reason=self.reason,
+            slot=0 if slots is None else slots.slot,
+            slot_elapsed_s=0.0 if slots is None else slots.elapsed_s(now_s),
+            max_speed_mps=self.limits.max_speed_mps,
+            max_accel_mps2=self.limits.max_accel_mps2,
+            seed=self.order.seed,
+            drones=tuple(
+                DroneCheckpoint(d.system_id, d.control.value, d.pad_m, d.active, d.landed) for d in self.drones
+            ),
+        )
 
     def snapshot(self, now_s: float) -> CampaignSnapshot:
         """As it stands, frozen."""
@@ -45,7 +72,9 @@ class Campaign:
             "reason": self.reason,
         }
         if slots is None:
-            return CampaignSnapshot(**head, slot=0, slot_elapsed_s=0.0)
+            latest = self.records[-1] if self.records else None  # being taken up after a restart
+            slot, metrics = (0, None) if latest is None else (latest.slot, latest.metrics)
+            return CampaignSnapshot(**head, slot=slot, slot_elapsed_s=0.0, metrics=metrics, latest=latest)
         return CampaignSnapshot(
             **head,
             slot=slots.slot,

@@ -46,6 +46,7 @@ class Drone:
     ticket: CommandTicket | None = None
     attempts: int = 0
     retry_at_s: float = 0.0
+    verdicts: list[Verdict] = field(default_factory=list)  # answers that the log has not told yet
 
     @property
     def is_streamed(self) -> bool:
@@ -71,11 +72,17 @@ class Drone:
         if verdict is None:
             return None
         self.ticket = None
+        self.verdicts.append(verdict)
+        self.retry_at_s = now_s + pause_s  # also after a yes: it shows in a heartbeat only, once a second
         if verdict.accepted or self.attempts >= attempts:
             self.attempts = 0
             return verdict
-        self.retry_at_s = now_s + pause_s
         return None
+
+    def take_verdicts(self) -> list[Verdict]:
+        """What the vehicle answered since the last call."""
+        verdicts, self.verdicts = self.verdicts, []
+        return verdicts
 
     def forget_orders(self) -> None:
         """A new script begins with no order under way."""

@@ -14,8 +14,9 @@ from gcs.mission.campaign import Campaign
 from gcs.mission.drone import Control, Drone
 from gcs.mission.emergency import EmergencyStop
 from gcs.mission.order import CampaignOrder
+from gcs.mission.resume import PATIENCE_S, Resumption, has_reported, is_stream_lost, takeover
 from gcs.mission.script import Crew, Script
-from gcs.mission.slot_flight import SlotFlight
+from gcs.mission.slot_flight import FlownBefore, SlotFlight
 from gcs.mission.states import ENDINGS, IN_FLIGHT, Trigger, is_allowed, next_state
 from gcs.mission.steps import (
     DISARM_STEPS,
@@ -23,12 +24,15 @@ from gcs.mission.steps import (
     LAND_HERE_STEPS,
     REGAIN_STEPS,
     RETURN_STEPS,
+    FlyTo,
     launch_steps,
 )
 from gcs.mission.watch import DropOut, Fate, battery_low, control_lost
 from gcs.ports import (
     CampaignSnapshot,
     CampaignState,
+    Checkpoint,
+    DroneCheckpoint,
     Event,
     FleetLink,
     Journal,
@@ -36,10 +40,13 @@ from gcs.ports import (
     SlotRecord,
     UavTrack,
     VehicleStatus,
+    Verdict,
 )
 from gcs.safety.gate import GateAction, SealedSetpoint, Wish
 
 GATE_QUIET_S = 5.0  # the gate has let a drone alone for so long: its next act is a new event
+STALL_S = 0.8  # PX4 leaves OFFBOARD 1 s after the last setpoint (COM_OF_LOSS_T)
+STALL_MEMORY_S = 4.0  # after a stall: a mode change shows in a heartbeat, once a second
 
 
 class Refused(Exception):  # noqa: N818  # an outcome for the operator, not a defect
@@ -55,6 +62,9 @@ class MissionManager:
         self.campaign: Campaign | None = None
         self.vehicles: Mapping[int, VehicleStatus] = {}  # as seen at the newest step
         self._now_s = 0.0
+        self._taken_up_s = 0.0
+        self._stalled_s = -math.inf
+        self._kept: Checkpoint | None = None
 
     # --- what the operator may ask --------------------------------------------------------------------------------
 
@@ -75,6 +85,13 @@ class MissionManager:
         self._move(Trigger.START, "", actor)
         for drone in self.campaign.drones:
             drone.script = Script(launch_steps(order.settings.ready_timeout_s))
+
+    def take_up(self, order: CampaignOrder, resumption: Resumption, now_s: float) -> None:
+        """Go on with a campaign of a process before; its drones are told nothing until all have been heard."""
+        self._now_s = now_s
+        self.campaign = Campaign(order, self._link.vehicles(), resumption)
+        self._taken_up_s = now_s
+        order.planner.begin(self.campaign.scenario, order.seed + resumption.checkpoint.slot)
 
     def pause(self, now_s: float, actor: str) -> None:
         """Hold in place; the slot clock stops."""
@@ -113,7 +130,7 @@ class MissionManager:
             return
         for drone in campaign.drones:
             drone.halted = drone.halted or drone.control is Control.GUIDED
-        if campaign.state is CampaignState.FLYING:
+        if campaign.state is CampaignState.FLYING and campaign.resumption is None:
             self.pause(now_s, actor)
 
     def reset_stop(self, now_s: float, actor: str) -> None:
@@ -154,6 +171,8 @@ class MissionManager:
 
     def step(self, now_s: float) -> list[SealedSetpoint]:
         """Advance the campaign to ``now_s``; the setpoints to send."""
+        if now_s - self._now_s > STALL_S:
+            self._stalled_s = now_s
         self._now_s = now_s
         vehicles = self.vehicles = self._link.vehicles()
         for verdict in self.emergency.step(vehicles, self._link, now_s):
@@ -162,10 +181,13 @@ class MissionManager:
         if campaign is None or campaign.state not in IN_FLIGHT:
             return []
         self._observe(campaign, vehicles, now_s)
+        if campaign.resumption is not None and not self._resume(campaign, campaign.resumption, now_s):
+            return []
         if not self.emergency.latched:
             self._watch(campaign, now_s)
             self._run_scripts(campaign, now_s)
             self._advance(campaign, now_s)
+        self._keep(campaign)
         return self._setpoints(campaign, now_s) if campaign.state in IN_FLIGHT else []
 
     def snapshot(self, now_s: float) -> CampaignSnapshot | None:
@@ -183,12 +205,86 @@ class MissionManager:
             campaign.slots.measure(now_s)
             campaign.monitor.tick([d.track for d in campaign.drones if d.active and d.track is not None])
 
+    def _resume(self, campaign: Campaign, resumption: Resumption, now_s: float) -> bool:
+        """True once the drones are in our hands again: everyone heard, or waited for long enough."""
+        was = resumption.checkpoint
+        if not has_reported(campaign.drones, was, now_s) and now_s - self._taken_up_s < PATIENCE_S:
+            return False
+        campaign.resumption = None
+        for drone, then in zip(campaign.drones, was.drones, strict=True):
+            self._take_over(campaign, drone, then)
+        if resumption.records:
+            paused = campaign.state is CampaignState.PAUSED
+            before = FlownBefore(resumption.records, resumption.slot_start_s, paused)
+            campaign.slots = SlotFlight(
+                campaign.order, campaign.scenario, campaign.drones, now_s, virtual=self._virtual, before=before
+            )
+        self._go_on(campaign, resumption)
+        return True
+
+    def _take_over(self, campaign: Campaign, drone: Drone, then: DroneCheckpoint) -> None:
+        fate = takeover(campaign.state, then, drone, self._now_s, campaign.order.settings.ready_timeout_s)
+        drone.pad_m = then.pad_m or _home_of(drone, campaign)
+        drone.control, drone.active, drone.landed = fate.control, fate.active, fate.landed
+        drone.halted, drone.script, drone.reason = fate.halted, Script(fate.steps), fate.reason
+        if drone.is_streamed and self.emergency.latched:  # regained when a person takes the stop off
+            drone.control, drone.halted, drone.script = Control.GUIDED, True, Script(())
+        if fate.reason and then.control != Control.RELEASED:
+            message = f"drone {drone.system_id}: {fate.reason}"
+            self._event("drone.release", message, Severity.WARNING, drone.system_id)
+
+    def _go_on(self, campaign: Campaign, resumption: Resumption) -> None:
+        """Close what went by, tell it, and go on; or bring everyone home when going on is impossible."""
+        flying = campaign.state is CampaignState.FLYING
+        missed = campaign.slots.catch_up(self._now_s) if flying and campaign.slots is not None else ()
+        away_s = self._now_s - resumption.taken_s
+        data = {"state": str(campaign.state), "away_s": away_s, "missed_slots": [record.slot for record in missed]}
+        words = f"taken up again while {campaign.state}; slots that ended unwatched: {len(missed)}"
+        self._event("campaign.resumed", words, Severity.CAUTION, data=data)
+        for record in missed:
+            self._record_slot(campaign, record)
+        if campaign.state is CampaignState.RECOVERING:
+            return
+        lost = [drone.reason for drone in campaign.drones if drone.control is Control.RELEASED]
+        if resumption.going_home:
+            self._fail(resumption.going_home)
+        elif campaign.slots is not None and not any(drone.active for drone in campaign.drones):
+            self._fail(f"no drone is left after the restart: {'; '.join(lost) or 'all were going home'}")
+        elif campaign.state is CampaignState.LAUNCHING and lost:
+            self._fail(lost[0])
+        elif flying and self.emergency.latched:
+            self.pause(self._now_s, "system")
+        elif campaign.slots is not None and campaign.slots.finished:
+            self._move(Trigger.LAST_SLOT)
+            self._begin_recovery()
+        else:
+            self._check_batteries(campaign)
+
+    def _keep(self, campaign: Campaign) -> None:
+        """A checkpoint when something in it changed but the time."""
+        now = campaign.checkpoint(self._now_s)
+        if self._kept is None or replace(now, slot_elapsed_s=self._kept.slot_elapsed_s) != self._kept:
+            self._kept = now
+            self._journal.checkpoint(now)
+
     def _watch(self, campaign: Campaign, now_s: float) -> None:
         for drone in campaign.drones:
             if drone.control is Control.GUIDED and not drone.halted:
                 dropout = control_lost(drone.status, now_s)
-                if dropout is not None:
+                if dropout is not None and now_s - self._stalled_s < STALL_MEMORY_S and is_stream_lost(drone.status):
+                    self._regain(campaign, drone)
+                elif dropout is not None:
                     self._drop(drone, dropout)
+
+    def _regain(self, campaign: Campaign, drone: Drone) -> None:
+        """Our own loop stalled and the vehicle went where it goes without setpoints: no pilot asked for that."""
+        message = f"drone {drone.system_id} lost our stream while this machine stalled; it is taken over again"
+        self._event("drone.regain", message, Severity.CAUTION, drone.system_id)
+        drone.forget_orders()
+        after = {CampaignState.LAUNCHING: (FlyTo(home=False),), CampaignState.RECOVERING: HOME_STEPS}
+        going_home = HOME_STEPS if not drone.active and not drone.script.finished else ()
+        drone.script = Script((*REGAIN_STEPS, *after.get(campaign.state, going_home)))
+        drone.halted = drone.active
 
     def _run_scripts(self, campaign: Campaign, now_s: float) -> None:
         crew = Crew(campaign.drones, self._link, campaign.order.settings, campaign.scenario.area.size_m)
@@ -196,6 +292,8 @@ class MissionManager:
             if drone.control is Control.RELEASED or drone.script.finished:
                 continue
             failure = drone.script.run(drone, crew, now_s)
+            for verdict in drone.take_verdicts():
+                self._note_verdict(verdict)
             if failure is not None:
                 self._script_failed(campaign, drone, failure.reason)
             else:
@@ -210,7 +308,9 @@ class MissionManager:
         else:
             self._event("drone.return", f"{reason}; ordered to return by itself", Severity.WARNING, drone.system_id)
             drone.script = Script(RETURN_STEPS)
-            drone.control = Control.AUTOPILOT
+            drone.control, drone.active, drone.halted = Control.AUTOPILOT, False, False
+            if campaign.state is not CampaignState.RECOVERING and not any(d.active for d in campaign.drones):
+                self._fail(f"no drone is left: {reason}")
 
     def _advance(self, campaign: Campaign, now_s: float) -> None:
         """What the present state does at each tick."""
@@ -236,7 +336,10 @@ class MissionManager:
     def _fly(self, campaign: Campaign, now_s: float) -> None:
         slots = campaign.slots
         assert slots is not None
+        before = slots.decision
         record, trouble = slots.step(now_s)
+        if slots.decision is not before and (decided := slots.decision_record()) is not None:
+            self._journal.record_decision(campaign.order.campaign_id, decided)
         if trouble is not None:
             self._event(trouble.kind, f"slot {slots.slot}: {trouble.reason}; the drones hold", Severity.CAUTION)
         if record is None:
@@ -252,6 +355,8 @@ class MissionManager:
     def _record_slot(self, campaign: Campaign, record: SlotRecord) -> None:
         campaign.records.append(record)
         self._journal.record_slot(campaign.order.campaign_id, record)
+        self._keep(campaign)
+        self._journal.settle()
 
     def _report_violations(self, campaign: Campaign, record: SlotRecord) -> None:
         battery_j = campaign.scenario.battery_j
@@ -313,6 +418,13 @@ class MissionManager:
             self._event(kind, f"drone {system_id} {safe.action} by the gate: {safe.reason}", system_id=system_id)
         campaign.gate_acts[system_id] = (safe.reason, self._now_s)
 
+    def _note_verdict(self, verdict: Verdict) -> None:
+        command = verdict.command
+        words = f": {verdict.reason}" if verdict.reason else ""
+        data = {"command": str(command.kind), "result": str(verdict.result), "attempts": verdict.attempts}
+        message = f"drone {command.system_id} {command.kind}: {verdict.result}{words}"
+        self._event("command.verdict", message, system_id=command.system_id, data=data | {"reason": verdict.reason})
+
     # --- changes --------------------------------------------------------------------------------------------------
 
     def _drop(self, drone: Drone, dropout: DropOut) -> None:
@@ -343,7 +455,7 @@ class MissionManager:
             if drone.control is Control.RELEASED or drone.landed:
                 continue
             drone.forget_orders()
-            if drone.halted:
+            if drone.halted or drone.control is Control.STREAM:
                 drone.script, drone.halted = Script((*REGAIN_STEPS, *HOME_STEPS)), False
             elif drone.control is Control.GUIDED:
                 drone.script = Script(HOME_STEPS)
@@ -359,12 +471,14 @@ class MissionManager:
         campaign = self.campaign
         if campaign is None:
             raise Refused(f"there is no campaign to {trigger}")
+        if campaign.resumption is not None:
+            raise Refused("the campaign is being taken up after a restart; try again in a few seconds")
         if not is_allowed(campaign.state, trigger):
             raise Refused(f"a campaign that is {campaign.state} cannot {trigger}")
         self._move(trigger, reason, actor)
 
     def _move(self, trigger: Trigger, reason: str = "", actor: str = "system") -> None:
-        """Record the transition, then make it."""
+        """Record the transition, durably, before anything comes of it."""
         campaign = self._need()
         state = next_state(campaign.state, trigger)
         severity = Severity.WARNING if trigger in {Trigger.FAIL, Trigger.LANDED_FAILED} else Severity.INFO
@@ -374,6 +488,8 @@ class MissionManager:
         campaign.reason = reason or campaign.reason
         if trigger in ENDINGS:
             campaign.ending = ENDINGS[trigger]
+        self._keep(campaign)
+        self._journal.settle()  # a stalled store is told by the journal and never waited for
 
     def _event(
         self,
@@ -398,3 +514,12 @@ class MissionManager:
 def _is_settled(drone: Drone) -> bool:
     """Down, or not ours any more."""
     return drone.landed or drone.control is Control.RELEASED
+
+
+def _home_of(drone: Drone, campaign: Campaign) -> tuple[float, float] | None:
+    """The pad of a drone whose launch was under way: the vehicle's own home."""
+    status = drone.status
+    if status is None or status.home_lat_deg is None or status.home_lon_deg is None:
+        return None
+    east_m, north_m = campaign.scenario.area.frame.to_enu_m(status.home_lat_deg, status.home_lon_deg)
+    return float(east_m), float(north_m)

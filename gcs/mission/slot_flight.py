@@ -15,14 +15,16 @@ from gcs.guidance.reference import SlotReference, slot_references
 from gcs.guidance.tracking import approach, follow, holding_point_m, keep_velocity
 from gcs.mission.drone import Drone, Goal
 from gcs.mission.order import CampaignOrder
-from gcs.ports import PlanFailure, PlanTicket, SlotRecord, UavPlan, UavTrack, VelocitySetpoint
+from gcs.ports import DecisionRecord, PlanFailure, PlanTicket, SlotRecord, UavPlan, UavTrack, VelocitySetpoint
 from policy.agents.base import Decision
 from policy.world.arrays import FloatArray
 from policy.world.metrics import Metrics
 from policy.world.scenario import Scenario
+from policy.world.state import WorldState
 
 TIME_TOLERANCE_S = 1e-6
 SPEED_TOLERANCE = 1e-6  # rounding of a policy that commands the limit itself
+SHORTEST_PLAN_S = 3.0  # with less of a slot left, a fleet that was just regained holds until the next one
 
 
 @dataclass(frozen=True)
@@ -33,31 +35,54 @@ class SlotTrouble:
     reason: str
 
 
+@dataclass(frozen=True)
+class FlownBefore:
+    """What another server recorded of these slots; ``start_s`` of the slot then flown, on our flight clock."""
+
+    records: tuple[SlotRecord, ...]
+    start_s: float
+    paused: bool
+
+
 class SlotFlight:
     """From the first slot's start to the last one's end."""
 
     def __init__(
-        self, order: CampaignOrder, scenario: Scenario, drones: Sequence[Drone], now_s: float, *, virtual: bool
+        self,
+        order: CampaignOrder,
+        scenario: Scenario,
+        drones: Sequence[Drone],
+        now_s: float,
+        *,
+        virtual: bool,
+        before: FlownBefore | None = None,
     ) -> None:
         """``scenario`` as these vehicles fly it; ``virtual``: time stands still while a decision is awaited."""
         self._order, self.scenario, self._drones = order, scenario, drones
         self._settings = order.settings
         self._virtual = virtual
-        self._meter = EnergyMeter(len(drones))
-        self._energy_j: FloatArray = np.zeros(len(drones))
         self._last_place_m = np.array([drone.launch_m for drone in drones])
+        self._energy_j: FloatArray = np.zeros(len(drones))
+        if before is not None:
+            self._energy_j = np.array([uav.energy_j for uav in before.records[-1].uavs])
+        self._meter = EnergyMeter(len(drones), self._energy_j)
         self._ledger = CampaignLedger(
             order.scenario, order.places, order.user_ids, order.system_ids, self._fleet_state()
         )
-        self.latest: SlotRecord = self._ledger.record(now_s, self._fleet_state(), None)
         self.decision: Decision | None = None
         self.decision_ms: float | None = None
+        self._asked: WorldState | None = None
         self._ticket: PlanTicket | None = None
         self._references: tuple[SlotReference, ...] | None = None
         self._plans: tuple[UavPlan, ...] = ()
         self._paused_at_s: float | None = None
+        self._plan_wanted = False  # the slot was taken up in its middle: to be planned when the fleet obeys
         self._slot_start_s = now_s
-        self._begin_slot(now_s)
+        if before is None:
+            self.latest: SlotRecord = self._ledger.record(now_s, self._fleet_state(), None)
+            self._begin_slot(now_s)
+        else:
+            self._take_up(before, now_s)
 
     @property
     def slot(self) -> int:
@@ -84,6 +109,22 @@ class SlotFlight:
             return ()
         return tuple(plan for drone, plan in zip(self._drones, self._plans, strict=True) if drone.active)
 
+    def decision_record(self) -> DecisionRecord | None:
+        """The decision being flown with what it was made from; None while holding."""
+        decision, asked = self.decision, self._asked
+        if decision is None or asked is None:
+            return None
+        return DecisionRecord(
+            slot=asked.slot,
+            pos_enu_m=tuple((float(e), float(n)) for e, n in asked.uav_pos_enu_m),
+            vel_enu_mps=tuple((float(e), float(n)) for e, n in asked.uav_vel_enu_mps),
+            energy_left_j=tuple(map(float, asked.uav_energy_j)),
+            active=tuple(map(bool, asked.uav_active)),
+            heading_rad=tuple(map(float, decision.action.heading_rad)),
+            speed_mps=tuple(map(float, decision.action.speed_mps)),
+            duration_ms=self.decision_ms,
+        )
+
     def measure(self, now_s: float) -> None:
         """Every tick, paused or not: energy and places as flown."""
         tracks = [drone.track for drone in self._drones]
@@ -102,7 +143,22 @@ class SlotFlight:
                 self._references = None
                 return record, None
             self._begin_slot(self._slot_start_s + self.scenario.slot_s, now_s)
+        elif self._plan_wanted and not any(drone.halted for drone in self._drones):
+            self._plan_rest(now_s)
         return record, self._take_decision(now_s)
+
+    def catch_up(self, now_s: float) -> tuple[SlotRecord, ...]:
+        """Close the slots that ended unwatched, with the fleet where it was found and users where they were then."""
+        airborne = [drone.is_airborne for drone in self._drones]
+        if self._paused_at_s is not None:
+            return ()
+        slot_s, missed = self.scenario.slot_s, []
+        while not self.finished and now_s >= self._slot_start_s + slot_s - TIME_TOLERANCE_S:
+            self._meter.assume_hover(slot_s, airborne)
+            self._slot_start_s += slot_s
+            missed.append(self._end_slot(self._slot_start_s))
+        self._meter.assume_hover(max(0.0, now_s - self._slot_start_s), airborne)
+        return tuple(missed)
 
     def pause(self, now_s: float) -> None:
         """Stop the slot clock; the fleet holds where it can come to rest."""
@@ -143,15 +199,29 @@ class SlotFlight:
         point_m = holding_point_m(track, self.scenario.max_accel_mps2)
         drone.goal = Goal(point_m, drone.layer_alt_m, self._settings.transit_speed_mps)
 
+    def _take_up(self, before: FlownBefore, now_s: float) -> None:
+        self._ledger.reopen(before.records)
+        self.latest = before.records[-1]
+        self._slot_start_s = before.start_s
+        self._paused_at_s = now_s if before.paused else None
+        self._plan_wanted = True
+
+    def _plan_rest(self, now_s: float) -> None:
+        """The fleet obeys again in the middle of a slot: fly what is left of it, if that is worth a plan."""
+        self._plan_wanted = False
+        if self._slot_start_s + self.scenario.slot_s - now_s >= SHORTEST_PLAN_S:
+            self._begin_slot(self._slot_start_s, now_s)
+
     def _begin_slot(self, start_s: float, now_s: float | None = None) -> None:
         """Missed ticks are not made up for: a slot that starts late starts from where the fleet is."""
-        self._slot_start_s = start_s
+        self._slot_start_s, self._plan_wanted = start_s, False
         self._plan_start_s = start_s if now_s is None else now_s
         self._references = None
         fleet = self._fleet_state()
         self._entry_m, self._entry_vel_mps = fleet.pos_enu_m, fleet.vel_enu_mps
         self._entry_mps = [(float(v[0]), float(v[1])) for v in fleet.vel_enu_mps]
-        self._ticket = self._order.planner.request(self._ledger.state(fleet))
+        self._asked = self._ledger.state(fleet)
+        self._ticket = self._order.planner.request(self._asked)
         if self._virtual:
             self._ticket.wait(self._settings.plan_wait_s)
 

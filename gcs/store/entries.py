@@ -8,9 +8,18 @@ from typing import Any
 from sqlalchemy import update
 from sqlalchemy.orm import Session
 
-from gcs.ports import CampaignState, Event, SlotRecord, Verdict
+from gcs.ports import CampaignState, Checkpoint, DecisionRecord, Event, SlotRecord, Verdict
+from gcs.store.chain import digest_of, newest_digest
 from gcs.store.jsonable import clean_text, jsonable
-from gcs.store.models import CampaignRow, CommandRow, EventRow, SlotRow, UploadRow
+from gcs.store.models import (
+    CampaignRow,
+    CheckpointRow,
+    CommandRow,
+    DecisionRow,
+    EventRow,
+    SlotRow,
+    UploadRow,
+)
 
 STATES = frozenset(state.value for state in CampaignState)
 STATE_KIND = "campaign.state"  # an event of this kind carries the new state in data["state"]
@@ -42,15 +51,57 @@ class UploadEntry:
     uploaded_mb: float | None
 
 
-Entry = Event | SlotEntry | CommandEntry | UploadEntry
+@dataclass(frozen=True)
+class CheckpointEntry:
+    """What a restarted server takes a campaign up from; ``taken_at`` on the wall clock."""
+
+    checkpoint: Checkpoint
+    taken_at: datetime
+
+
+@dataclass(frozen=True)
+class DecisionEntry:
+    """What the policy was asked, and what it answered."""
+
+    campaign_id: str
+    record: DecisionRecord
+
+
+Entry = Event | SlotEntry | CommandEntry | UploadEntry | CheckpointEntry | DecisionEntry
+
+
+class Writer:
+    """Puts entries into one transaction's session, each event hung on to the one before."""
+
+    def __init__(self, session: Session, now: datetime) -> None:
+        self._session, self._now = session, now
+        self._digest: str | None = None
+
+    def write(self, entry: Entry) -> None:
+        """Add the entry's rows."""
+        if isinstance(entry, Event):
+            self._event(entry)
+        else:
+            apply(self._session, entry, self._now)
+
+    def _event(self, event: Event) -> None:
+        row = _event_row(event, self._now)
+        previous = newest_digest(self._session) if self._digest is None else self._digest
+        row.digest = self._digest = digest_of(previous, row)
+        self._session.add(row)
+        _apply_state(self._session, event, self._now)
 
 
 def apply(session: Session, entry: Entry, now: datetime) -> None:
-    """Add the entry's rows to ``session``."""
+    """Add the rows of an entry that is no event to ``session``."""
     match entry:
-        case Event():
-            session.add(_event_row(entry, now))
-            _apply_state(session, entry, now)
+        case CheckpointEntry():
+            document = jsonable(asdict(entry.checkpoint))
+            campaign_id = clean_text(entry.checkpoint.campaign_id)[:64]
+            session.merge(CheckpointRow(campaign_id=campaign_id, document=document, taken_at=entry.taken_at))
+        case DecisionEntry():
+            document, slot = jsonable(asdict(entry.record)), entry.record.slot
+            session.add(DecisionRow(campaign_id=entry.campaign_id, slot=slot, document=document, recorded_at=now))
         case SlotEntry():
             session.merge(_slot_row(entry, now))  # a resumed campaign may tell its last slot again
         case CommandEntry():

@@ -22,14 +22,15 @@ from sqlalchemy.exc import (
 )
 from sqlalchemy.orm import Session
 
-from gcs.ports import Event, Severity, SlotRecord
-from gcs.store.entries import Entry, SlotEntry, apply
+from gcs.ports import Checkpoint, DecisionRecord, Event, Severity, SlotRecord
+from gcs.store.entries import CheckpointEntry, DecisionEntry, Entry, SlotEntry, Writer
 from gcs.store.event_tail import EventTail
 
 CAPACITY = 20_000  # records; a campaign of 100 UAVs writes some 100 a second, so minutes of a stalled store
 BATCH = 500  # records a transaction
 RETRY_S = 0.2  # first pause after a failure; doubles
 RETRY_MAX_S = 5.0
+SETTLE_S = 0.04  # how long the flight waits for durability: less than half a tick (100 ms)
 STALLED_S = 5.0  # a write that takes longer is a failing store
 
 
@@ -64,6 +65,8 @@ class StoreJournal:
         self._changed = threading.Condition()
         self._queue: deque[Entry] = deque()
         self._taken = 0  # entries in the batch being written
+        self._queued = self._finished = 0  # entries ever taken in, and ever done with
+        self._late_told = False
         self._written = self._lost = self._lost_untold = self._failures = 0
         self._error = ""
         self._busy_since_s: float | None = None  # monotonic; None while idle
@@ -84,6 +87,27 @@ class StoreJournal:
         """Keep a slot of a campaign."""
         self.put(SlotEntry(campaign_id, record))
 
+    def record_decision(self, campaign_id: str, record: DecisionRecord) -> None:
+        """Keep what the policy was asked and what it answered."""
+        self.put(DecisionEntry(campaign_id, record))
+
+    def checkpoint(self, checkpoint: Checkpoint) -> None:
+        """Keep the newest one of its campaign, with the wall clock's time."""
+        self.put(CheckpointEntry(checkpoint, self._wall()))
+
+    def settle(self, timeout_s: float = SETTLE_S) -> bool:
+        """Wait until what was recorded so far is written; a store that is known to fail is not waited for."""
+        with self._changed:
+            wanted = self._queued
+            if self._error or self._late_told:
+                return False
+            done = self._changed.wait_for(lambda: self._finished >= wanted or bool(self._error), timeout_s)
+            late = not done and not self._late_told
+            self._late_told = self._late_told or late
+        if late:
+            self._tell("store.late", f"the store takes longer than {1e3 * timeout_s:.0f} ms", Severity.CAUTION)
+        return done and not self._error
+
     def put(self, entry: Entry) -> None:
         """Queue any entry, or count it as lost."""
         with self._changed:
@@ -94,6 +118,7 @@ class StoreJournal:
                 self._lost_untold += 1
             else:
                 self._queue.append(entry)
+                self._queued += 1
                 self._changed.notify_all()
         if first_lost:
             self._tell("store.overflow", "the store is too slow: records are being lost", Severity.WARNING)
@@ -168,8 +193,9 @@ class StoreJournal:
     def _commit(self, batch: list[Entry]) -> None:
         now = self._wall()
         with Session(self._engine) as session, session.begin():
+            writer = Writer(session, now)
             for entry in batch:
-                apply(session, entry, now)
+                writer.write(entry)
 
     def _note_failure(self, error: Exception) -> None:
         with self._changed:
@@ -181,6 +207,8 @@ class StoreJournal:
     def _note_written(self, count: int, *, lost: int) -> None:
         with self._changed:
             self._written += count
+            self._finished += count + lost
+            self._late_told = self._late_told and bool(self._queue)
             self._lost += lost
             self._taken -= count + lost
             self._busy_since_s = time.monotonic() if self._taken else None

@@ -1,4 +1,6 @@
-"""Tables: campaigns, their slots, the audit log of events, orders with verdicts, upload receipts and API keys."""
+"""Tables: campaigns, their slots, checkpoints and decisions, the audit log of events, orders with verdicts, upload
+receipts, answers kept by key, and API keys.
+"""
 
 from datetime import UTC, datetime
 from typing import Any
@@ -83,6 +85,42 @@ class EventRow(Base):
     system_id: Mapped[int | None]
     actor: Mapped[str] = mapped_column(Text)
     data: Mapped[dict[str, Any]]
+    digest: Mapped[str | None] = mapped_column(String(64))  # gcs.store.chain; None before the log was a chain
+
+
+class CheckpointRow(Base):
+    """What a restarted server takes a campaign in the air up from, beside its slots; the newest one only."""
+
+    __tablename__ = "checkpoints"
+
+    campaign_id: Mapped[str] = mapped_column(String(64), primary_key=True)
+    document: Mapped[dict[str, Any]]
+    taken_at: Mapped[datetime]
+
+
+class DecisionRow(Base):
+    """What the policy was asked and what it answered; a slot that was taken up again has two."""
+
+    __tablename__ = "decisions"
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    campaign_id: Mapped[str] = mapped_column(String(64), index=True)
+    slot: Mapped[int]
+    document: Mapped[dict[str, Any]]
+    recorded_at: Mapped[datetime]
+
+
+class AnswerRow(Base):
+    """The answer to a request with an Idempotency-Key; ``status`` None while the first one is being worked on."""
+
+    __tablename__ = "answers"
+
+    actor: Mapped[str] = mapped_column(String(128), primary_key=True)
+    key: Mapped[str] = mapped_column(String(128), primary_key=True)
+    request: Mapped[str] = mapped_column(String(64))  # digest of method, path and body
+    status: Mapped[int | None]
+    body: Mapped[str | None] = mapped_column(Text)
+    created_at: Mapped[datetime] = mapped_column(index=True)
 
 
 class CommandRow(Base):

@@ -8,9 +8,16 @@ from typing import Any
 from sqlalchemy import Engine, func, select
 from sqlalchemy.orm import Session
 
-from gcs.ports import Severity, SlotRecord
-from gcs.store.models import CommandRow, EventRow, SlotRow, UploadRow
-from gcs.store.records import EventRecord, event_record, recorded_metrics, slot_record
+from gcs.ports import Checkpoint, DecisionRecord, Severity, SlotRecord
+from gcs.store.models import CheckpointRow, CommandRow, DecisionRow, EventRow, SlotRow, UploadRow
+from gcs.store.records import (
+    EventRecord,
+    event_record,
+    recorded_checkpoint,
+    recorded_decision,
+    recorded_metrics,
+    slot_record,
+)
 from policy.world.metrics import Metrics
 
 RANK = {Severity.INFO: 0, Severity.CAUTION: 1, Severity.WARNING: 2}
@@ -79,6 +86,31 @@ class Slots:
         with Session(self.engine) as session:
             row = session.execute(query.order_by(SlotRow.slot.desc()).limit(1)).first()
         return (0, None) if row is None else (row.slot, recorded_metrics(row.metrics))
+
+
+@dataclass(frozen=True)
+class Checkpoints:
+    """What campaigns in the air are taken up from, and what was decided in them."""
+
+    engine: Engine
+
+    def of(self, campaign_id: str) -> tuple[Checkpoint, datetime] | None:
+        """The newest checkpoint and the wall clock's time when it was taken; None when there is none."""
+        with Session(self.engine) as session:
+            row = session.get(CheckpointRow, campaign_id)
+            return None if row is None else (recorded_checkpoint(row.document), row.taken_at)
+
+    def decisions(self, campaign_id: str) -> Sequence[DecisionRecord]:
+        """In the order in which they were made; a slot that was taken up again has two."""
+        query = select(DecisionRow.document).where(DecisionRow.campaign_id == campaign_id).order_by(DecisionRow.id)
+        with Session(self.engine) as session:
+            return [recorded_decision(document) for document in session.scalars(query)]
+
+    def stop_latched(self) -> bool:
+        """The newest word on the emergency stop was to stop."""
+        query = select(EventRow.kind).where(EventRow.kind.in_(["safety.stop", "safety.stop_reset"]))
+        with Session(self.engine) as session:
+            return session.scalar(query.order_by(EventRow.id.desc()).limit(1)) == "safety.stop"
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from datetime import datetime
 from typing import Any
 
-from gcs.ports import CampaignState, SlotRecord, UavSlot, UserSlot
+from gcs.ports import CampaignState, Checkpoint, DecisionRecord, DroneCheckpoint, SlotRecord, UavSlot, UserSlot
 from gcs.store.models import CampaignRow, EventRow, SlotRow
 from policy.world.metrics import Metrics
 
@@ -74,6 +74,22 @@ def slot_record(row: SlotRow) -> SlotRecord:
         metrics=recorded_metrics(row.metrics),
         decision_ms=row.decision_ms,
     )
+
+
+def recorded_checkpoint(document: Mapping[str, Any]) -> Checkpoint:
+    """A checkpoint as stored."""
+    drones = tuple(
+        DroneCheckpoint(**drone | {"pad_m": None if drone["pad_m"] is None else tuple(drone["pad_m"])})
+        for drone in document["drones"]
+    )
+    return Checkpoint(**dict(document) | {"state": CampaignState(document["state"]), "drones": drones})
+
+
+def recorded_decision(document: Mapping[str, Any]) -> DecisionRecord:
+    """A decision as stored; JSON keeps every bit of a double."""
+    pairs = {name: tuple(map(tuple, document[name])) for name in ("pos_enu_m", "vel_enu_mps")}
+    rows = {name: tuple(document[name]) for name in ("energy_left_j", "active", "heading_rad", "speed_mps")}
+    return DecisionRecord(**dict(document) | pairs | rows)
 
 
 def recorded_metrics(values: Mapping[str, Any] | None) -> Metrics | None:

@@ -12,7 +12,7 @@ from gcs.store.event_tail import EventTail
 from gcs.store.journal import StoreJournal
 from gcs.store.keys import Keys
 from gcs.store.migrate import upgrade
-from gcs.store.reading import Events, Orders, Slots, Uploads
+from gcs.store.reading import Checkpoints, Events, Orders, Slots, Uploads
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,7 @@ class Store:
     campaigns: Campaigns
     events: Events
     slots: Slots
+    checkpoints: Checkpoints
     orders: Orders
     uploads: Uploads
     keys: Keys
@@ -48,6 +49,7 @@ def open_store(url: str) -> Store:
         campaigns=Campaigns(engine),
         events=Events(engine),
         slots=Slots(engine),
+        checkpoints=Checkpoints(engine),
         orders=Orders(engine),
         uploads=Uploads(engine),
         keys=Keys(engine),

@@ -5,11 +5,13 @@ PX4 refuses OFFBOARD without a primed stream, an ArduPilot forgets its climb whe
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from gcs.ports import (
+    Checkpoint,
     CommandKind,
+    DecisionRecord,
     Event,
     FlightMode,
     Landed,
@@ -48,6 +50,7 @@ class FakeVehicle:
     vel: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])  # east, north, up
     armed: bool = False
     mode: FlightMode = FlightMode.HOLD
+    mode_name: str = ""  # as the vehicle calls it while in PILOT
     target_alt_m: float = 0.0
     command: tuple[float, float, float] = (0.0, 0.0, 0.0)
     commands: list[CommandKind] = field(default_factory=list)
@@ -194,11 +197,12 @@ class FakeFleet:
 
     def _status(self, vehicle: FakeVehicle, now_s: float) -> VehicleStatus:
         lat_deg, lon_deg = self.frame.to_geodetic_deg(vehicle.east_m, vehicle.north_m)
+        home_lat_deg, home_lon_deg = self.frame.to_geodetic_deg(*vehicle.home)
         return VehicleStatus(
             system_id=vehicle.system_id,
             autopilot=vehicle.autopilot,
             mode=vehicle.mode,
-            mode_name=vehicle.mode.value.upper(),
+            mode_name=vehicle.mode_name if vehicle.mode is FlightMode.PILOT else vehicle.mode.value.upper(),
             armed=vehicle.armed,
             landed=Landed.ON_GROUND if vehicle.alt_m < 0.1 else Landed.IN_AIR,
             position_ready=now_s >= vehicle.ready_at_s,
@@ -207,6 +211,8 @@ class FakeFleet:
             alt_amsl_m=200.0 + vehicle.alt_m,
             alt_home_m=vehicle.alt_m,
             vel_ned_mps=(vehicle.vel[1], vehicle.vel[0], -vehicle.vel[2]),
+            home_lat_deg=home_lat_deg,
+            home_lon_deg=home_lon_deg,
             battery_fraction=vehicle.battery_j / BATTERY_J,
             heartbeat_s=now_s,
             position_s=now_s,
@@ -220,12 +226,26 @@ class MemoryJournal:
 
     events: list[Event] = field(default_factory=list)
     slots: list[SlotRecord] = field(default_factory=list)
+    checkpoints: list[Checkpoint] = field(default_factory=list)
+    decisions: list[DecisionRecord] = field(default_factory=list)
+    clock: Callable[[], float] = lambda: 0.0  # when a checkpoint is taken
+    checkpoint_times_s: list[float] = field(default_factory=list)
 
     def record(self, event: Event) -> None:
         self.events.append(event)
 
     def record_slot(self, campaign_id: str, record: SlotRecord) -> None:
         self.slots.append(record)
+
+    def record_decision(self, campaign_id: str, record: DecisionRecord) -> None:
+        self.decisions.append(record)
+
+    def checkpoint(self, checkpoint: Checkpoint) -> None:
+        self.checkpoints.append(checkpoint)
+        self.checkpoint_times_s.append(self.clock())
+
+    def settle(self) -> bool:
+        return True
 
     def kinds(self) -> list[str]:
         return [event.kind for event in self.events]

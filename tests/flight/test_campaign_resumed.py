@@ -1,0 +1,149 @@
+"""A campaign that another process goes on with, in virtual time: the fleet flies on alone in between."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_campaign import SLOTS, Flight, ScriptedPlanner, StillUsers, square
+
+from gcs.flight_loop import FlightLoop
+from gcs.mission.manager import MissionManager
+from gcs.mission.resume import Resumption
+from gcs.ports import CampaignState, CommandKind, FlightMode, RequestKind
+
+
+def restart(flight: Flight, away_s: float, *, going_home: str = "", stopped: bool = False) -> None:
+    """The process dies here; a new one is there after ``away_s`` with what the journal holds."""
+    died_s = flight.fleet.now_s()
+    flight.fleet.wait_until(died_s + away_s)
+    was, records = flight.journal.checkpoints[-1], tuple(flight.journal.slots)
+    taken_s = flight.journal.checkpoint_times_s[-1]
+    flight.users = StillUsers()
+    flight.planner = ScriptedPlanner(square)
+    flight.order = replace(flight.order, places=flight.users, planner=flight.planner)
+    flight.manager = MissionManager(flight.fleet, flight.journal, virtual=True)
+    flight.loop = FlightLoop(flight.fleet, flight.fleet, flight.manager, flight.journal)
+    if stopped:
+        flight.loop.latch_stop()
+    flight.loop.take_up(flight.order, Resumption(was, records, taken_s, going_home))
+
+
+def check_end(flight: Flight) -> None:
+    """Flown to the end, nothing missing, nobody took off twice, everyone is at home."""
+    last = flight.until_state(CampaignState.DONE, CampaignState.FAILED, CampaignState.ABORTED)
+    assert last.campaign is not None
+    assert (last.campaign.state, last.campaign.reason) == (CampaignState.DONE, "")
+    assert [record.slot for record in flight.journal.slots] == list(range(SLOTS + 1))
+    energies = np.array([[uav.energy_j for uav in record.uavs] for record in flight.journal.slots])
+    assert np.all(np.diff(energies, axis=0) > 0.0)
+    for i, vehicle in enumerate(flight.vehicles):
+        assert vehicle.commands.count(CommandKind.TAKEOFF) == 1
+        assert math.hypot(vehicle.east_m - 800.0 - 4.0 * i, vehicle.north_m - 700.0) < 3.0
+        assert not vehicle.armed
+
+
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+@pytest.mark.parametrize("after_s", [3.0, 11.0, 29.0])
+def test_killed_during_the_launch(autopilot: str, after_s: float) -> None:
+    flight = Flight(autopilot=autopilot)
+    flight.start()
+    flight.until(lambda s: s.time_s >= after_s)
+    assert flight.loop.snapshot().campaign.state is CampaignState.LAUNCHING
+    restart(flight, 6.0)
+    check_end(flight)
+
+
+@pytest.mark.parametrize(("into_slot_s", "away_s", "missed"), [(2.0, 4.0, 0), (9.0, 8.0, 1), (5.0, 40.0, 3)])
+def test_killed_in_a_slot_the_clock_goes_on_and_the_books_are_caught_up(
+    into_slot_s: float, away_s: float, missed: int
+) -> None:
+    flight = Flight()
+    flight.start()
+    begun_s = flight.until_slot(2).time_s
+    flight.until(lambda s: s.time_s >= begun_s + into_slot_s)
+    slots = len(flight.journal.slots)
+    restart(flight, away_s)
+    flight.until(lambda s: "campaign.resumed" in flight.journal.kinds())
+    resumed = [event for event in flight.journal.events if event.kind == "campaign.resumed"][0]
+    assert len(resumed.data["missed_slots"]) == missed
+    aoi = [user.aoi_slots for user in flight.journal.slots[-1].users]
+    assert len(flight.journal.slots) == slots + missed
+    assert max(aoi) <= slots + missed, "AoI grows by a slot a slot, watched or not"
+    end_s = flight.until_state(CampaignState.RECOVERING).time_s
+    assert end_s == pytest.approx(begun_s + 15.0 * (SLOTS - 2), abs=0.2), "the slot clock is the wall's"
+    check_end(flight)
+
+
+def test_killed_while_paused_it_stays_paused_with_its_clock_stopped() -> None:
+    flight = Flight()
+    flight.start()
+    begun_s = flight.until_slot(1).time_s
+    flight.until(lambda s: s.time_s >= begun_s + 4.0)
+    assert flight.ask(RequestKind.PAUSE) == ""
+    restart(flight, 60.0)
+    snapshot = flight.until(lambda s: s.campaign is not None and not any(d.halted for d in flight.manager.campaign.drones))
+    flight.loop.run(until=lambda s: s.time_s > snapshot.time_s + 5.0)
+    assert flight.loop.snapshot().campaign.state is CampaignState.PAUSED
+    assert flight.loop.snapshot().campaign.slot_elapsed_s == pytest.approx(4.1, abs=0.3)
+    assert flight.ask(RequestKind.RESUME) == ""
+    check_end(flight)
+
+
+@pytest.mark.parametrize("after_s", [1.0, 20.0, 60.0, 95.0])
+def test_killed_on_the_way_home(after_s: float) -> None:
+    flight = Flight()
+    flight.start()
+    begun_s = flight.until_state(CampaignState.RECOVERING).time_s
+    flight.until(lambda s: s.time_s >= begun_s + after_s)
+    landings = [vehicle.commands.count(CommandKind.LAND) for vehicle in flight.vehicles]
+    restart(flight, 10.0)
+    check_end(flight)
+    assert all(v.commands.count(CommandKind.LAND) == 1 for v, n in zip(flight.vehicles, landings, strict=True) if n)
+
+
+def test_a_drone_that_a_pilot_took_over_meanwhile_is_left_to_him() -> None:
+    flight = Flight()
+    flight.start()
+    flight.until_slot(1)
+    flight.vehicles[1].mode = FlightMode.PILOT
+    given = len(flight.vehicles[1].commands)
+    restart(flight, 5.0)
+    flight.until_state(CampaignState.DONE)
+    assert len(flight.vehicles[1].commands) == given
+    assert not flight.journal.slots[-1].uavs[1].active
+
+
+def test_a_campaign_that_cannot_go_on_comes_home() -> None:
+    flight = Flight()
+    flight.start()
+    flight.until_slot(1)
+    restart(flight, 5.0, going_home="its trace is gone")
+    last = flight.until_state(CampaignState.FAILED)
+    assert last.campaign.reason == "its trace is gone"
+    assert not any(vehicle.armed for vehicle in flight.vehicles)
+
+
+def test_a_latched_stop_stays_latched_until_a_person_takes_it_off() -> None:
+    flight = Flight()
+    flight.start()
+    begun_s = flight.until_slot(1).time_s
+    flight.ask(RequestKind.EMERGENCY_STOP)
+    restart(flight, 5.0, stopped=True)
+    flight.loop.run(until=lambda s: s.time_s > begun_s + 25.0)
+    assert flight.loop.snapshot().campaign.state is CampaignState.PAUSED
+    assert all(vehicle.mode is FlightMode.HOLD for vehicle in flight.vehicles)
+    assert flight.ask(RequestKind.RESET_STOP) == ""
+    flight.until(lambda s: not any(drone.halted for drone in flight.manager.campaign.drones))
+    assert flight.ask(RequestKind.RESUME) == ""
+    check_end(flight)
+
+
+def test_a_stall_of_our_own_machine_is_not_taken_for_a_pilot() -> None:
+    flight = Flight(is_virtual=False)
+    flight.start()
+    now_s = flight.until_slot(1).time_s
+    flight.fleet.wait_until(now_s + 2.0)
+    flight.vehicles[0].mode, flight.vehicles[0].mode_name = FlightMode.PILOT, "POSCTL"
+    flight.until(lambda s: "drone.regain" in flight.journal.kinds())
+    check_end(flight)
