@@ -68,9 +68,8 @@ def trajectories(campus: Campus, grid: Grid, cells: Cells) -> "Figure | None":
     scenario, users = campus.opened(BASE_UAVS, BASE_MCL_DB)
     east_m, north_m = scenario.area.size_m
     for panel, (name, way_m) in zip(panels, flown, strict=True):
-        panel.plot(
-            users.pos_enu_m[..., 0].ravel(), users.pos_enu_m[..., 1].ravel(), ".", color="#999999", markersize=3.0
-        )
+        dots: Any = {"color": "#999999", "markersize": 3.0, "rasterized": True}  # as one picture: there are thousands
+        panel.plot(*users.pos_enu_m.reshape(-1, 2).T, ".", **dots)
         for obstacle in scenario.blocking_obstacles:
             panel.fill(*np.asarray(obstacle.polygon_m).T, color="#bbbbbb")
         for uav in range(way_m.shape[1]):
