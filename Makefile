@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPEEDUP ?= 40
 KEEP ?=
 
-.PHONY: demo test lint unit page bench fuzz train format clean help
+.PHONY: demo test lint unit page bench train format clean help
 
 help:  ## this list
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -39,9 +39,6 @@ lint: $(VENV)/.dev
 unit: $(VENV)/.dev
 	@sh tests/install_system_packages.sh
 	$(BIN)/python -m pytest
-
-fuzz: $(VENV)/.dev  ## a million mutated frames against the mock's codec and autopilot
-	MOCK_FUZZ_FRAMES=1000000 $(BIN)/python -m pytest tests/sitl_mock/test_mock_fuzz.py --timeout=900
 
 format: $(VENV)/.dev  ## let ruff put the sources in order
 	$(BIN)/ruff check --fix .

@@ -7,6 +7,9 @@ Structure of the response (as AC_PosControl does it, which a PX4 resembles close
 
 The controls decide once a step (0.1 s); the attitude's response in it is exact, and the acceleration that
 follows holds for the step, so that positions between two steps are exact too.
+
+numba keeps the compiled code beside this file and looks at this file's age alone: whoever changes the layout, the
+gusts or a constant that is compiled in must touch this file too.
 """
 
 # ruff: noqa: SIM110 - numba takes arrays and loops, not objects and generators

@@ -1,6 +1,6 @@
 """Mutated frames and random bytes: no crash, no memory growth, state unchanged.
 
-MOCK_FUZZ_FRAMES says how many; `make fuzz` runs a million. The same seed gives the same bytes.
+MOCK_FUZZ_FRAMES says how many, a million if it is not set. The same seed gives the same bytes.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from sitl_mock.wire import Parser
 
-FRAMES = int(os.environ.get("MOCK_FUZZ_FRAMES", "100000"))
+FRAMES = int(os.environ.get("MOCK_FUZZ_FRAMES", "1000000"))
 _CHUNK = 5000  # frames at a time
 _FRAMING = (0, 1, 2)  # magic, length and flags: changing these moves the checksum
 Bytes = NDArray[np.uint8]
@@ -95,7 +95,7 @@ def test_rubbish_neither_crashes_nor_piles_up() -> None:
     parser, taken, fed, peak = Parser(), 0, 0, []
     tracemalloc.start()
     try:
-        for turn in range(max(FRAMES // 40_000, 4)):
+        for turn in range(max(FRAMES // 250_000, 4)):
             for frame in _orders():
                 taken += len(parser.feed(_anything(frame, 500, rng)))
                 fed += 500

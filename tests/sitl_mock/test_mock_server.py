@@ -115,9 +115,11 @@ def test_real_time_follows_the_wall_clock_times_speedup() -> None:
         last = first
         while time.monotonic() - start_s < 1.0:
             last = link.recv_match(type="SYSTEM_TIME", blocking=True, timeout=10)
+        wall_s = time.monotonic() - start_s
         gone_s = (last.time_boot_ms - first.time_boot_ms) / 1000
         link.close()
-    assert gone_s == pytest.approx(20.0 * (time.monotonic() - start_s), rel=0.5)
+    # A machine too busy to keep up lets simulated time give way, but it never runs ahead.
+    assert 0.2 * 20.0 * wall_s <= gone_s <= 20.0 * wall_s + 2.0
 
 
 def _fails(*options: str) -> str:
@@ -139,6 +141,7 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path: Path) -> None:
     assert "--home" in _fails("--home", "91,0,0")
     assert "--count" in _fails("--count", "0")
     assert "--wind-ms" in _fails("--wind-ms", "fast")
+    assert "--signing-key" in _fails("--signing-key", "secret")
     assert "no-such.toml" in _fails("--faults", str(tmp_path / "no-such.toml"))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
