@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPEEDUP ?= 40
 KEEP ?=
 
-.PHONY: demo test lint unit page bench train format clean help
+.PHONY: demo test lint unit page bench crash train format clean help
 
 help:  ## this list
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -49,6 +49,9 @@ bench: $(VENV)/.dev  ## measure decision times, steps per second, flights and se
 
 train:  $(VENV)/.dev  ## train the default gcrl anew into runs/gcrl-default (long)
 	OMP_NUM_THREADS=1 $(BIN)/python -m policy.training --out runs/gcrl-default --episodes 360
+
+crash: $(VENV)/.dev  ## kill -9 the server fifty times in flight (about half an hour)
+	$(BIN)/python tests/durability/crash.py --kills 50
 
 clean:  ## remove what was built
 	rm -rf $(VENV) .build gcs/dashboard/dist gcs/dashboard/node_modules reports runs artifacts

@@ -10,6 +10,7 @@ COMMANDS = {
     "fly": ("gcs.cli.fly", "add_fly_parser"),
     "serve": ("gcs.cli.serve", "add_serve_parser"),
     "keys": ("gcs.cli.keys", "add_keys_parser"),
+    "audit": ("gcs.cli.audit", "add_audit_parser"),
 }
 """Subcommand -> module and the function that adds its parser. A module is imported only for its own command."""
 

@@ -13,8 +13,10 @@ from gcs.api.auth import Door, Gatekeeper, Refusal
 from gcs.api.bodies import ProblemDocument
 from gcs.api.context import ApiContext
 from gcs.api.guards import BodyLimit, SafeHeaders, SameOrigin
+from gcs.api.idempotency import Idempotency
 from gcs.api.live_users import LiveCampaigns
 from gcs.api.problems import MEDIA_TYPE
+from gcs.api.rate_limit import Buckets, RateLimit
 from gcs.api.routes import (
     acknowledgements,
     campaigns,
@@ -49,6 +51,7 @@ PROBLEMS: dict[int | str, dict[str, Any]] = {
         409: "the state forbids it",
         413: "the body is too large",
         422: "not understood",
+        429: "too many requests",
         503: "the flight loop did not answer",
     }.items()
 }
@@ -82,9 +85,11 @@ def _add_layers(app: FastAPI, context: ApiContext) -> None:
     """The last one added is the outermost."""
     settings = context.settings
     door = Door(context.store.keys, settings)
+    app.add_middleware(Idempotency, answers=context.store.answers)
     app.add_middleware(BodyLimit, max_bytes=settings.max_body_bytes)
     app.add_middleware(Gatekeeper, door=door, on_refusal=_refusal_log(context))
     app.add_middleware(SameOrigin, local_names_only=is_loopback(settings.host))
+    app.add_middleware(RateLimit, buckets=Buckets(settings.rate_per_s, 2.0 * settings.rate_per_s))
     app.add_middleware(SafeHeaders)
     app.add_middleware(HttpMetrics, registry=app.state.metrics)
 

@@ -90,7 +90,11 @@ def _serve(config: ServerConfig, store: Store) -> None:
 
 def api_settings(config: ServerConfig, store: Store) -> ApiSettings:
     """Strangers get nothing: off loopback there must be keys; on loopback without any, one is made for this run."""
-    settings = ApiSettings(host=config.server.host, max_body_bytes=config.server.max_body_kb * 1024)
+    settings = ApiSettings(
+        host=config.server.host,
+        max_body_bytes=config.server.max_body_kb * 1024,
+        rate_per_s=config.server.rate_per_s,
+    )
     if store.keys.any_active():
         return settings
     if not is_loopback(config.server.host):

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Protocol
 
 from gcs.mission.script import Script
-from gcs.ports import CommandKind, CommandTicket, FleetLink, UavTrack, VehicleCommand, VehicleStatus, Verdict
+from gcs.ports import CommandKind, CommandTicket, UavTrack, VehicleCommand, VehicleStatus, Verdict
 
 
 class Control(StrEnum):
@@ -14,6 +15,12 @@ class Control(StrEnum):
     STREAM = "stream"  # our velocities are sent, not yet obeyed
     GUIDED = "guided"  # our velocities are obeyed; leaving the mode means that a person took over
     RELEASED = "released"  # not ours any more
+
+
+class OrderTaker(Protocol):
+    """Where orders go: the part of a ports.FleetLink that scripts may use."""
+
+    def submit(self, command: VehicleCommand, now_s: float) -> CommandTicket: ...
 
 
 @dataclass
@@ -59,7 +66,7 @@ class Drone:
         return self.track is not None and self.status is not None and self.status.armed and self.track.alt_home_m > 1.0
 
     def order(
-        self, kind: CommandKind, link: FleetLink, now_s: float, *, attempts: int = 3, pause_s: float = 3.0
+        self, kind: CommandKind, link: OrderTaker, now_s: float, *, attempts: int = 3, pause_s: float = 3.0
     ) -> Verdict | None:
         """Send an order and, when it is refused, again after a pause. The final verdict, or None meanwhile."""
         if self.ticket is None:

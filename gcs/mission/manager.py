@@ -32,6 +32,8 @@ from gcs.ports import (
     CampaignSnapshot,
     CampaignState,
     Checkpoint,
+    CommandKind,
+    CommandTicket,
     DroneCheckpoint,
     Event,
     FleetLink,
@@ -39,12 +41,14 @@ from gcs.ports import (
     Severity,
     SlotRecord,
     UavTrack,
+    VehicleCommand,
     VehicleStatus,
     Verdict,
 )
 from gcs.safety.gate import GateAction, SealedSetpoint, Wish
 
 GATE_QUIET_S = 5.0  # the gate has let a drone alone for so long: its next act is a new event
+NEVER_TWICE = frozenset({CommandKind.ARM, CommandKind.TAKEOFF})  # worth a wait for the store; a landing is not
 STALL_S = 0.8  # PX4 leaves OFFBOARD 1 s after the last setpoint (COM_OF_LOSS_T)
 STALL_MEMORY_S = 4.0  # after a stall: a mode change shows in a heartbeat, once a second
 
@@ -215,7 +219,8 @@ class MissionManager:
             self._take_over(campaign, drone, then)
         if resumption.records:
             paused = campaign.state is CampaignState.PAUSED
-            before = FlownBefore(resumption.records, resumption.slot_start_s, paused)
+            start_s = now_s - was.slot_elapsed_s if paused else resumption.slot_start_s
+            before = FlownBefore(resumption.records, start_s, paused)
             campaign.slots = SlotFlight(
                 campaign.order, campaign.scenario, campaign.drones, now_s, virtual=self._virtual, before=before
             )
@@ -287,7 +292,7 @@ class MissionManager:
         drone.halted = drone.active
 
     def _run_scripts(self, campaign: Campaign, now_s: float) -> None:
-        crew = Crew(campaign.drones, self._link, campaign.order.settings, campaign.scenario.area.size_m)
+        crew = Crew(campaign.drones, self, campaign.order.settings, campaign.scenario.area.size_m)
         for drone in campaign.drones:
             if drone.control is Control.RELEASED or drone.script.finished:
                 continue
@@ -417,6 +422,15 @@ class MissionManager:
             kind = f"gate.{safe.action}"
             self._event(kind, f"drone {system_id} {safe.action} by the gate: {safe.reason}", system_id=system_id)
         campaign.gate_acts[system_id] = (safe.reason, self._now_s)
+
+    def submit(self, command: VehicleCommand, now_s: float) -> CommandTicket:
+        """An order of a script: in the log before it is sent, so that a restarted server knows of it."""
+        message = f"drone {command.system_id} is ordered to {command.kind}"
+        data = {"command": str(command.kind), "altitude_m": command.altitude_m}
+        self._event("command.given", message, system_id=command.system_id, data=data)
+        if command.kind in NEVER_TWICE:
+            self._journal.settle()
+        return self._link.submit(command, now_s)
 
     def _note_verdict(self, verdict: Verdict) -> None:
         command = verdict.command

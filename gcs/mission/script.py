@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from gcs.ports import FleetLink
-
 if TYPE_CHECKING:
-    from gcs.mission.drone import Drone
+    from gcs.mission.drone import Drone, OrderTaker
     from gcs.mission.order import FlightSettings
 
 
@@ -32,7 +30,7 @@ class Crew:
     """All drones of a campaign and the link, as one tick's steps see them."""
 
     drones: Sequence[Drone]
-    link: FleetLink
+    link: OrderTaker
     settings: FlightSettings
     size_m: tuple[float, float]
 

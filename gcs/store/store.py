@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from sqlalchemy import Engine
 
+from gcs.store.answers import Answers
 from gcs.store.campaigns import Campaigns
 from gcs.store.engine import open_engine
 from gcs.store.event_tail import EventTail
@@ -28,6 +29,7 @@ class Store:
     checkpoints: Checkpoints
     orders: Orders
     uploads: Uploads
+    answers: Answers
     keys: Keys
 
     def close(self) -> bool:
@@ -52,6 +54,7 @@ def open_store(url: str) -> Store:
         checkpoints=Checkpoints(engine),
         orders=Orders(engine),
         uploads=Uploads(engine),
+        answers=Answers(engine),
         keys=Keys(engine),
     )
 

@@ -1,6 +1,6 @@
 """A real server killed with -9 while real mock drones fly for it, again and again; also a program of its own.
 
-    python tests/durability/crash.py --kills 50
+python tests/durability/crash.py --kills 50
 """
 
 import argparse
@@ -71,6 +71,10 @@ class CrashLog:
     events: list[EventRecord] = field(default_factory=list)
     chain: ChainReport | None = None
 
+    def given(self, kind: str) -> set[int | None]:
+        """To whom an order of this kind was given."""
+        return {e.system_id for e in self.events if e.kind == "command.given" and e.data["command"] == kind}
+
     def orders(self, kind: str) -> list[int | None]:
         """To whom an order of this kind was given and accepted."""
         verdicts = [event for event in self.events if event.kind == "command.verdict"]
@@ -97,7 +101,19 @@ def start_server(store: str, port: int, speedup: float) -> Server:
     """Wait for its address and key."""
     begun_s = time.monotonic()
     drones = [f"--drone={i + 1}=udpout:127.0.0.1:{port + i}" for i in range(2)]
-    command = [sys.executable, "-m", "gcs", "serve", "--port", "0", "--store", store, "--speedup", str(speedup), *drones]
+    command = [
+        sys.executable,
+        "-m",
+        "gcs",
+        "serve",
+        "--port",
+        "0",
+        "--store",
+        store,
+        "--speedup",
+        str(speedup),
+        *drones,
+    ]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     address = re.search(r"open (\S+)/", process.stdout.readline())

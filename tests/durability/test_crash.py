@@ -10,16 +10,18 @@ SLOTS = 6
 
 
 @pytest.mark.flight
-@pytest.mark.parametrize(("flavour", "kills"), [("px4", 2), ("ardupilot", 1)])
-def test_a_killed_server_takes_its_campaign_up_again(tmp_path: Path, flavour: str, kills: int) -> None:
+def test_a_killed_server_takes_its_campaign_up_again(tmp_path: Path) -> None:
     draw = random.Random()
-    moments = [draw.uniform(1.0, 8.0) for _ in range(kills)]
+    flavour = draw.choice(["px4", "ardupilot"])
+    moments = [draw.uniform(0.5, 6.0) for _ in range(2)]
     log = crash(tmp_path, moments, speedup=6.0, slots=SLOTS, flavour=flavour)
-    told = f"killed after {moments} s while {log.killed_in}: {log}"
+    told = f"killed after {moments} s while {log.killed_in}, {flavour}: {log}"
     assert (log.state, log.reason, log.still_armed) == ("done", "", []), told
     assert log.slots == list(range(SLOTS + 1)), told
     assert all(kept >= seen for seen, kept in zip(log.seen_slots, log.kept_slots, strict=True)), told
     assert log.chain is not None
     assert log.chain.broken_id is None, told
-    assert sorted(log.orders("takeoff")) == [1, 2], f"each drone takes off once; {told}"
+    assert log.given("takeoff") == {1, 2}, told
+    accepted = log.orders("takeoff")
+    assert len(accepted) == len(set(accepted)), f"nobody takes off twice; {told}"
     assert all(seconds < 5.0 for seconds in log.resumed_s), told

@@ -98,7 +98,11 @@ class Flight:
         world = scenario(uavs)
         self.vehicles = [FakeVehicle(i + 1, 800.0 + 4.0 * i, 700.0, autopilot) for i in range(uavs)]
         self.fleet = FakeFleet(world.area.frame, self.vehicles, is_virtual=is_virtual)
-        self.journal, self.planner, self.users = MemoryJournal(clock=self.fleet.now_s), ScriptedPlanner(decide), StillUsers()
+        self.journal, self.planner, self.users = (
+            MemoryJournal(clock=self.fleet.now_s),
+            ScriptedPlanner(decide),
+            StillUsers(),
+        )
         self.manager = MissionManager(self.fleet, self.journal, virtual=is_virtual)
         self.loop = FlightLoop(self.fleet, self.fleet, self.manager, self.journal)
         self.order = CampaignOrder(

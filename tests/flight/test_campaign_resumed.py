@@ -44,7 +44,7 @@ def check_end(flight: Flight) -> None:
 
 
 @pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
-@pytest.mark.parametrize("after_s", [3.0, 11.0, 29.0])
+@pytest.mark.parametrize("after_s", [11.0, 29.0])
 def test_killed_during_the_launch(autopilot: str, after_s: float) -> None:
     flight = Flight(autopilot=autopilot)
     flight.start()
@@ -54,7 +54,7 @@ def test_killed_during_the_launch(autopilot: str, after_s: float) -> None:
     check_end(flight)
 
 
-@pytest.mark.parametrize(("into_slot_s", "away_s", "missed"), [(2.0, 4.0, 0), (9.0, 8.0, 1), (5.0, 40.0, 3)])
+@pytest.mark.parametrize(("into_slot_s", "away_s", "missed"), [(2.0, 4.0, 0), (9.0, 24.0, 2)])
 def test_killed_in_a_slot_the_clock_goes_on_and_the_books_are_caught_up(
     into_slot_s: float, away_s: float, missed: int
 ) -> None:
@@ -65,7 +65,7 @@ def test_killed_in_a_slot_the_clock_goes_on_and_the_books_are_caught_up(
     slots = len(flight.journal.slots)
     restart(flight, away_s)
     flight.until(lambda s: "campaign.resumed" in flight.journal.kinds())
-    resumed = [event for event in flight.journal.events if event.kind == "campaign.resumed"][0]
+    resumed = next(event for event in flight.journal.events if event.kind == "campaign.resumed")
     assert len(resumed.data["missed_slots"]) == missed
     aoi = [user.aoi_slots for user in flight.journal.slots[-1].users]
     assert len(flight.journal.slots) == slots + missed
@@ -82,7 +82,9 @@ def test_killed_while_paused_it_stays_paused_with_its_clock_stopped() -> None:
     flight.until(lambda s: s.time_s >= begun_s + 4.0)
     assert flight.ask(RequestKind.PAUSE) == ""
     restart(flight, 60.0)
-    snapshot = flight.until(lambda s: s.campaign is not None and not any(d.halted for d in flight.manager.campaign.drones))
+    snapshot = flight.until(
+        lambda s: s.campaign is not None and not any(d.halted for d in flight.manager.campaign.drones)
+    )
     flight.loop.run(until=lambda s: s.time_s > snapshot.time_s + 5.0)
     assert flight.loop.snapshot().campaign.state is CampaignState.PAUSED
     assert flight.loop.snapshot().campaign.slot_elapsed_s == pytest.approx(4.1, abs=0.3)
@@ -90,7 +92,7 @@ def test_killed_while_paused_it_stays_paused_with_its_clock_stopped() -> None:
     check_end(flight)
 
 
-@pytest.mark.parametrize("after_s", [1.0, 20.0, 60.0, 95.0])
+@pytest.mark.parametrize("after_s", [1.0, 60.0])
 def test_killed_on_the_way_home(after_s: float) -> None:
     flight = Flight()
     flight.start()

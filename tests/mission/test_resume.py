@@ -19,7 +19,9 @@ NOW_S = 100.0
 S, C, M = CampaignState, Control, FlightMode
 
 
-def drone(mode: FlightMode, name: str = "", *, armed: bool = True, alt_m: float = 50.0, heard_s: float = NOW_S) -> Drone:
+def drone(
+    mode: FlightMode, name: str = "", *, armed: bool = True, alt_m: float = 50.0, heard_s: float = NOW_S
+) -> Drone:
     status = VehicleStatus(1, "px4", mode, name or mode.value, armed, heartbeat_s=heard_s)
     track = UavTrack(1, 10.0, 20.0, alt_m, 0.0, 0.0, 0.0, 0.0, 0.1)
     return Drone(0, 1, 50.0, (0.0, 0.0), status, track)
