@@ -3,6 +3,7 @@
 import { computed, effect, signal } from "@preact/signals";
 
 import { Api } from "./api";
+import { DRAFT_ID } from "./draft";
 import { keepKey, storedKey } from "./session";
 import { Bell, Speaker, type Tone } from "./sound";
 import * as state from "./state";
@@ -41,7 +42,7 @@ export function start(): void {
   let asked: string | null = null;
   effect(() => {
     const campaign = state.area.value;
-    if (campaign === null || campaign.campaign_id === asked) return;
+    if (campaign === null || campaign.campaign_id === asked || campaign.campaign_id === DRAFT_ID) return;
     asked = campaign.campaign_id;
     void fillCurves(campaign.campaign_id);
   });

@@ -35,3 +35,21 @@ export function closed(ring: readonly Pair[]): Pair[] {
 
 /** Corners of the area, from the south-west. */
 export const areaRingM = ([eastM, northM]: Pair): Pair[] => [[0, 0], [eastM, 0], [eastM, northM], [0, northM]];
+
+const SEMI_MAJOR_M = 6378137; // WGS 84
+const FLATTENING = 1 / 298.257223563;
+
+/** The server's own scale (`policy/world/frames.py`) at a south-west corner that it has not seen yet. */
+export function frameAt([lng, lat]: Pair): Frame {
+  const [latRad, degree] = [(lat * Math.PI) / 180, Math.PI / 180];
+  const eccentricity2 = FLATTENING * (2 - FLATTENING);
+  const w2 = 1 - eccentricity2 * Math.sin(latRad) ** 2;
+  const east = degree * (SEMI_MAJOR_M / Math.sqrt(w2)) * Math.cos(latRad);
+  return { southWestDeg: [lat, lng], metresPerDeg: [east, (degree * SEMI_MAJOR_M * (1 - eccentricity2)) / w2 ** 1.5] };
+}
+
+/** Longitude and latitude to metres east and north of the frame's corner. */
+export const toMetres = (frame: Frame, [lng, lat]: Pair): Pair => [
+  (lng - frame.southWestDeg[1]) * frame.metresPerDeg[0],
+  (lat - frame.southWestDeg[0]) * frame.metresPerDeg[1],
+];

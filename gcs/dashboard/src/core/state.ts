@@ -93,9 +93,9 @@ export function receiveExplanation(value: Explanation): void {
   if (area.value?.campaign_id === value.campaign_id) explanation.value = value;
 }
 
-/** Show a campaign that is not in the air (yet); the stream takes over when another one starts. */
-export function preview(campaign: CampaignStatic): void {
-  batch(() => enter(campaign));
+/** Show a campaign that is not in the air (yet), or none; the stream takes over when another one starts. */
+export function preview(campaign: CampaignStatic | null): void {
+  batch(() => (campaign === null ? (area.value = null) : enter(campaign)));
 }
 
 export function acknowledge(sequence: number, by: string): void {
@@ -107,19 +107,23 @@ function enter(campaign: CampaignStatic): void {
   area.value = campaign;
   if (!another) return;
   points.value = [];
-  users.value = [];
+  users.value = flownUsers?.campaignId === campaign.campaign_id ? flownUsers.users : [];
+  plans.value = [];
   trails.value = new Map();
   forecast.value = null;
   explanation.value = null;
 }
 
+/** Told only when they change, so kept for when another campaign was looked at meanwhile. */
+let flownUsers: { campaignId: string; users: readonly UserView[] } | null = null;
+
 function takeSnapshot(message: SnapshotMessage): void {
   snapshot.value = message;
-  trails.value = withPlaces(trails.value, message.vehicles);
   const campaign = message.campaign;
-  const planned = campaign?.plans ?? [];
-  if (JSON.stringify(planned) !== JSON.stringify(plans.value)) plans.value = planned;
-  if (campaign === null) return;
+  if (campaign?.users != null) flownUsers = { campaignId: campaign.campaign_id, users: campaign.users };
+  if (campaign === null || campaign.campaign_id !== area.value?.campaign_id) return; // metres of another area
+  trails.value = withPlaces(trails.value, message.vehicles);
+  if (JSON.stringify(campaign.plans) !== JSON.stringify(plans.value)) plans.value = campaign.plans;
   if (campaign.users !== null) users.value = campaign.users;
   points.value = withSnapshot(points.value, campaign, meanAoi(users.value));
 }

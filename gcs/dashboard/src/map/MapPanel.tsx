@@ -8,6 +8,7 @@ import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?worker&url";
 import { useEffect, useRef } from "preact/hooks";
 
 import { explained, whyLines } from "../core/explanation";
+import * as drafting from "../core/drafting";
 import { frameOf, toLngLat } from "../core/geo";
 import * as state from "../core/state";
 import { scheme } from "../core/theme";
@@ -16,7 +17,7 @@ import { Legend } from "../ui/Legend";
 import { drawLaunch } from "./icons";
 import { layers, mapStyle, type SourceName } from "./layers";
 import { Overlay, type Moving } from "./overlay";
-import { EMPTY, groundScene, userScene, type Scene } from "./scene";
+import { drawingScene, EMPTY, groundScene, userScene, type Scene } from "./scene";
 
 setWorkerUrl(workerUrl);
 
@@ -49,6 +50,7 @@ export function MapPanel() {
         data-testid="map"
         data-drones={area === null ? 0 : (state.snapshot.value?.vehicles.length ?? 0)}
         data-users={state.users.value.length}
+        data-obstacles={area?.obstacles.length ?? 0}
         data-why-lines={whyLines(explained(state.explanation.value, state.selected.value), state.users.value).length}
       />
       {failure.value !== null && <p class="map-note">The map cannot be drawn here ({failure.value}). Everything else works.</p>}
@@ -88,7 +90,8 @@ function feed(map: MapView): () => void {
     stops.push(effect(() => void (map.getSource(name) as GeoJSONSource | undefined)?.setData(scene())));
   };
   const overlay = new Overlay(map);
-  map.on("click", ({ point }) => {
+  map.on("click", ({ point, lngLat }) => {
+    if (drafting.click([lngLat.lng, lngLat.lat])) return;
     state.selected.value = overlay.pick(point.x, point.y) ?? state.selected.value;
   });
   stops.push(effect(() => overlay.show(moving())));
@@ -97,6 +100,8 @@ function feed(map: MapView): () => void {
     stops.push(effect(() => repaint(map, scheme.value)));
     show("ground", () => (area.value === null ? EMPTY : groundScene(area.value)));
     show("users", () => (area.value === null ? EMPTY : userScene(area.value, users.value)));
+    show("draft", () => drawingScene(drafting.drawing.value.corners));
+    stops.push(effect(() => void (map.getCanvas().style.cursor = drafting.drawing.value.tool === null ? "" : "crosshair")));
     stops.push(fitOnEntry(map), followSelected(map));
   };
   if (map.isStyleLoaded()) begin();
@@ -135,8 +140,9 @@ function fitOnEntry(map: MapView): () => void {
   });
   return effect(() => {
     const campaign = state.area.value;
-    if (campaign === null || campaign.campaign_id === shown) return;
-    [shown, moved] = [campaign.campaign_id, false];
+    const place = campaign === null ? null : `${campaign.campaign_id} ${campaign.south_west_deg}`;
+    if (campaign === null || place === shown) return;
+    [shown, moved] = [place, false];
     fit(map, campaign);
   });
 }

@@ -6,7 +6,7 @@ import { AOI_STEPS } from "../core/aoi";
 import { color } from "../core/theme";
 import { EMPTY } from "./scene";
 
-export const SOURCES = ["ground", "users"] as const;
+export const SOURCES = ["ground", "users", "draft"] as const;
 export type SourceName = (typeof SOURCES)[number];
 
 const kind = (name: string): ["==", ["get", string], string] => ["==", ["get", "kind"], name];
@@ -42,6 +42,8 @@ export function layers(): LayerSpecification[] {
         "circle-stroke-width": 1,
       },
     },
+    { id: "draft-line", type: "line", source: "draft", filter: ["==", ["geometry-type"], "LineString"], paint: { "line-color": color("plan"), "line-width": 2.5 } },
+    { id: "draft-corners", type: "circle", source: "draft", filter: ["==", ["geometry-type"], "Point"], paint: { "circle-radius": 5, "circle-color": color("plan") } },
   ];
 }
 

@@ -51,7 +51,11 @@ export class Overlay {
   }
 
   private drones(): { vehicle: VehicleView; at: Pair }[] {
-    return placed(this.moving.vehicles).map((vehicle) => ({ vehicle, at: this.pixel([vehicle.east_m, vehicle.north_m]) }));
+    return this.moving.vehicles.flatMap((vehicle) => {
+      if (vehicle.lat_deg === null || vehicle.lon_deg === null) return [];
+      const { x, y } = this.map.project([vehicle.lon_deg, vehicle.lat_deg]);
+      return [{ vehicle, at: [x, y] as Pair }];
+    });
   }
 
   private pixel(pointM: Pair): Pair {
@@ -63,14 +67,14 @@ export class Overlay {
   private draw(): void {
     const context = this.cleared();
     const { campaign, trails, plans, selected, live } = this.moving;
-    if (context === null || campaign === null) return;
+    if (context === null) return;
     const drones = this.drones();
-    const reachPx = pixelsAtZoom0(campaign.serving_radius_m, campaign.south_west_deg[0]) * 2 ** this.map.getZoom();
+    const reachPx = campaign === null ? 0 : pixelsAtZoom0(campaign.serving_radius_m, campaign.south_west_deg[0]) * 2 ** this.map.getZoom();
     for (const { vehicle, at } of drones)
       if (vehicle.landed !== "on_ground") drawReach(context, at, reachPx, vehicle.system_id === selected);
     for (const trail of trails.values()) this.line(context, trail, "trail", 1.6, []);
     if (live) for (const plan of plans) this.line(context, plan.path_m, "plan", 2.6, [6, 4]);
-    if (live) this.drawWhy(context, campaign);
+    if (live && campaign !== null) this.drawWhy(context, campaign);
     for (const { vehicle, at } of drones) drawDrone(context, at, vehicle, droneLook(vehicle, live), vehicle.system_id === selected);
   }
 

@@ -62,6 +62,12 @@ export function userScene(campaign: CampaignStatic, users: readonly UserView[]):
   );
 }
 
+/** The corners given so far, and the line through them. */
+export function drawingScene(corners: readonly Pair[]): Scene {
+  const points = corners.map((at) => feature({ type: "Point", coordinates: at }));
+  return collection(corners.length < 2 ? points : [...points, feature({ type: "LineString", coordinates: [...corners] })]);
+}
+
 export type DroneLook = "normal" | "stale" | "caution" | "warning";
 
 /** Stale comes first: a colour would pretend to know how it is now. */

@@ -7,8 +7,10 @@ import type { CampaignAct, CampaignInfo, MissionBody, MissionFile, PolicyInfo } 
 import { api } from "../core/app";
 import { allowed, isOver } from "../core/campaigns";
 import { begin, dryRun } from "../core/dryRuns";
+import * as drafting from "../core/drafting";
 import { uavNames } from "../core/format";
 import * as state from "../core/state";
+import { DraftEditor } from "./DraftEditor";
 import { DryRunResult } from "./DryRunResult";
 import { HoldButton } from "./HoldButton";
 import { PolicyCard } from "./PolicyCard";
@@ -18,6 +20,7 @@ const policies = signal<readonly PolicyInfo[]>([]);
 const campaigns = signal<readonly CampaignInfo[]>([]);
 const mission = signal("");
 const policy = signal("");
+const name = signal("drawn"); // of a campaign with an area of its own
 const chosen = signal<string | null>(null);
 const message = signal<{ text: string; good: boolean } | null>(null);
 
@@ -38,13 +41,17 @@ async function show(id: string): Promise<void> {
 }
 
 /** What the form says. */
-const wanted = (): MissionBody => (policy.value === "" ? { mission: mission.value } : { mission: mission.value, policy: policy.value });
+function wanted(): MissionBody {
+  if (drafting.draft.value !== null) return drafting.drawnDocument(drafting.draft.value, name.value, policy.value);
+  return policy.value === "" ? { mission: mission.value } : { mission: mission.value, policy: policy.value };
+}
 
 async function create(event: Event): Promise<void> {
   event.preventDefault();
   const answer = await api.create(wanted());
   if (!answer.ok) return say(answer.reason, false);
   say(`${answer.value.name} created`, true);
+  drafting.close();
   await Promise.all([refresh(), show(answer.value.id)]);
 }
 
@@ -134,6 +141,29 @@ function Controls({ campaign }: { campaign: CampaignInfo }) {
   );
 }
 
+/** Off until somebody wants another area than the mission's. */
+function DrawnArea() {
+  const draft = drafting.draft.value;
+  if (draft === null)
+    return (
+      <p class="orders">
+        <button type="button" disabled={mission.value === "" || drafting.inTheAir.value} title={drafting.inTheAir.value ? "the map shows the campaign in the air" : ""} onClick={() => void drafting.open(mission.value)}>
+          Change the area
+        </button>
+      </p>
+    );
+  return (
+    <>
+      <p class="row">
+        <label for="draft-name">Name</label>
+        <input id="draft-name" value={name.value} maxLength={100} required onInput={(event) => (name.value = event.currentTarget.value)} />
+      </p>
+      <DraftEditor draft={draft} />
+      <p class="orders"><button type="button" onClick={drafting.close}>Keep the mission's own area</button></p>
+    </>
+  );
+}
+
 const mayDryRun = (): boolean => state.mayFly.value && state.live.value && dryRun.value?.state !== "running";
 
 function Create() {
@@ -144,7 +174,7 @@ function Create() {
       <form onSubmit={(event) => void create(event)}>
         <p class="row">
           <label for="mission-choice">Mission</label>
-          <select id="mission-choice" value={mission.value} onChange={(event) => (mission.value = event.currentTarget.value)}>
+          <select id="mission-choice" value={mission.value} disabled={drafting.draft.value !== null} onChange={(event) => (mission.value = event.currentTarget.value)}>
             {missions.value.map((one) => (
               <option key={one.name} value={one.name} disabled={one.error !== null}>
                 {one.name}
@@ -166,6 +196,7 @@ function Create() {
           </select>
         </p>
         {file?.warnings.map((text) => <p key={text} class="caution">{text}</p>)}
+        <DrawnArea />
         <PolicyCard policy={policies.value.find((one) => one.name === (policy.value || file?.policy))} />
         <div class="orders">
           <button type="button" disabled={mission.value === "" || !mayDryRun()} onClick={() => void begin(wanted(), null)}>

@@ -40,6 +40,7 @@ export function HoldButton({ label, explain, onDone, disabled = false, danger = 
   useEffect(() => {
     if (disabled) stop();
   }, [disabled]);
+  const spoken = explain.startsWith(label) ? explain : `${label}: ${explain}`; // the name says what is seen (WCAG 2.5.3)
   const isKey = (event: KeyboardEvent): boolean => event.key === " " || event.key === "Enter";
   return (
     <button
@@ -47,7 +48,7 @@ export function HoldButton({ label, explain, onDone, disabled = false, danger = 
       class={`hold${danger ? " danger" : ""}${progress > 0 ? " holding" : ""}`}
       style={`--progress: ${progress}`}
       title={`Hold: ${explain}`}
-      aria-label={`${explain} (hold to confirm)`}
+      aria-label={`${spoken} (hold to confirm)`}
       disabled={disabled}
       onPointerDown={(event) => event.button === 0 && begin()}
       onPointerUp={stop}

@@ -17,7 +17,7 @@ export function Legend() {
         ))}
       </ul>
       <ul>
-        <li><span class="line reach" /> service radius {fixed(state.area.value?.serving_radius_m, 0, " m")}</li>
+        <li><span class="line reach" /> service radius {fixed(state.area.value?.serving_radius_m || null, 0, " m")}</li>
         <li><span class="line plan" /> planned this slot</li>
         <li><span class="line trail" /> flown</li>
         {state.selected.value !== null && <li><span class="line why" /> attends to, by weight</li>}
