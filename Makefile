@@ -5,10 +5,10 @@ BIN := $(VENV)/bin
 SPEEDUP ?= 40
 KEEP ?=
 
-.PHONY: demo test lint unit page bench crash train format clean help
+.PHONY: demo test lint unit page bench crash gate-long chaos-long train format clean help
 
 help:  ## this list
-	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
 
 $(VENV)/.base: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -52,6 +52,9 @@ train:  $(VENV)/.dev  ## train the default gcrl anew into runs/gcrl-default (lon
 
 crash: $(VENV)/.dev  ## kill -9 the server fifty times in flight (about half an hour)
 	$(BIN)/python tests/durability/crash.py --kills 50
+
+gate-long: $(VENV)/.dev  ## 100,000 random cases of the safety gate (an hour); 0 breaches and 0 dead ends or it fails
+	OMP_NUM_THREADS=1 $(BIN)/python tests/safety/gate_simulation.py --cases 100000
 
 clean:  ## remove what was built
 	rm -rf $(VENV) .build gcs/dashboard/dist gcs/dashboard/node_modules reports runs artifacts

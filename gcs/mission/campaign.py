@@ -26,7 +26,7 @@ class Campaign:
         known = [vehicles[i].limits for i in order.system_ids if i in vehicles]
         self.limits = resumption.limits if resumption is not None else fleet_limits(order.scenario, known)
         self.scenario = planning_scenario(order.scenario, self.limits, order.settings)
-        self.envelope = envelope_of(self.scenario, self.limits.max_accel_mps2)
+        self.envelope = envelope_of(self.scenario, self.limits.max_accel_mps2, self.limits.setpoint_timeout_s)
         self.gate = SafetyGate(self.envelope)
         self.monitor = ViolationMonitor(self.envelope)
         self.drones = tuple(_make_drone(order, index) for index in range(len(order.system_ids)))

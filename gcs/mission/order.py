@@ -6,6 +6,7 @@ from gcs.guidance.tracking import DEFAULT_GAINS, Gains
 from gcs.ports import Planner, UserPlaces, VehicleLimits
 from policy.world.scenario import Scenario
 
+DEFAULT_TIMEOUT_S = 3.0  # ArduPilot's GUID_TIMEOUT, the longer of the two, where the vehicle does not say
 DEFAULT_ACCEL_MPS2 = 4.5  # a multirotor at 25 degrees of lean, g tan(25 deg), where the vehicle does not say
 
 
@@ -52,6 +53,7 @@ class FleetLimits:
 
     max_speed_mps: float
     max_accel_mps2: float
+    setpoint_timeout_s: float = DEFAULT_TIMEOUT_S  # the longest: a vehicle goes on with its last setpoint so long
 
 
 def fleet_limits(scenario: Scenario, limits: list[VehicleLimits]) -> FleetLimits:
@@ -61,6 +63,9 @@ def fleet_limits(scenario: Scenario, limits: list[VehicleLimits]) -> FleetLimits
     return FleetLimits(
         max_speed_mps=min([scenario.max_speed_mps, *speeds]),
         max_accel_mps2=min([scenario.max_accel_mps2, *(accels or [DEFAULT_ACCEL_MPS2])]),
+        setpoint_timeout_s=max(
+            (limit.setpoint_timeout_s or DEFAULT_TIMEOUT_S for limit in limits), default=DEFAULT_TIMEOUT_S
+        ),
     )
 
 

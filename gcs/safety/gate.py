@@ -1,44 +1,25 @@
 """The last word: every setpoint of a fleet passes here, and links take nothing else.
 
 The gate lets a setpoint through, slows or bends it, or holds. It remembers what each UAV was last told, because
-until a new velocity is obeyed the last one still acts.
+until a new velocity is obeyed the last one still acts, and round which side of an obstacle each is going.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache
 
 import numpy as np
 
 from gcs.ports import UavTrack, VelocitySetpoint
+from gcs.safety import judge as rules
 from gcs.safety.envelope import Envelope
-from gcs.safety.rules import (
-    Enu,
-    Forecast,
-    fence_hazard_m,
-    forecast,
-    is_far_from_bounds,
-    is_finite,
-    limit_altitude,
-    limit_speed,
-    obstacle_hazard_m,
-    separation_hazard_m,
-)
-from policy.world.arrays import FloatArray
 
-_BENDS = tuple(
-    (math.radians(turn), share)
-    for turn, share in (
-        (0, 1.0), (20, 1.0), (-20, 1.0), (0, 0.7), (40, 1.0), (-40, 1.0), (20, 0.6), (-20, 0.6), (0, 0.4), (65, 0.8),
-        (-65, 0.8), (40, 0.4), (-40, 0.4), (90, 0.6), (-90, 0.6), (0, 0.2), (90, 0.2), (-90, 0.2), (120, 0.3),
-        (-120, 0.3), (180, 0.2),
-    )
-)  # fmt: skip
-"""Turn (degrees) and share of the speed asked for, nearest to the wish first; full braking comes after them."""
+Enu = tuple[float, float, float]
+"""Velocity east, north, up."""
 
-_ESCAPES_MPS = tuple((2.0 * math.sin(a), 2.0 * math.cos(a)) for a in np.linspace(0.0, 2.0 * math.pi, 8, endpoint=False))
-"""Slow ways out, for a UAV that a gust or a pilot has put where it may not be."""
+_CAUSES = ("", "speed or climb limit", "geofence", "obstacle", "separation")
 
 
 class GateAction(StrEnum):
@@ -77,148 +58,98 @@ class Wish:
     track: UavTrack | None
 
 
-@dataclass(frozen=True)
-class _Case:
-    """A setpoint near a bound: as asked, and within the plain limits."""
-
-    setpoint: VelocitySetpoint
-    track: UavTrack
-    asked: Enu
-    vel: Enu
-
-
 class SafetyGate:
     """Judges a fleet's setpoints tick by tick. The order of the wishes is the right of way."""
 
     def __init__(self, envelope: Envelope) -> None:
         self.envelope = envelope
+        self._bounds = envelope.bounds()
+        self._edges, self._starts = envelope.walls()
         self._last: dict[int, Enu] = {}
+        self._sides: dict[int, tuple[float, float]] = {}
+        compile_rules()
 
     def judge(self, wishes: Sequence[Wish], others: Sequence[UavTrack] = ()) -> list[SealedSetpoint]:
         """Safe setpoints for ``wishes``; ``others`` are own UAVs in the air that we do not steer now."""
-        tracks = [w.track for w in wishes if w.track is not None] + list(others)
-        forecasts: dict[int, Forecast] = {}
-        return [self._judge(wish, tracks, forecasts) for wish in wishes]
+        held = [_why_held(wish) for wish in wishes]
+        sealed = {
+            i: self._hold(wish, reason) for i, (wish, reason) in enumerate(zip(wishes, held, strict=True)) if reason
+        }
+        steered = [(i, w, w.track) for i, w in enumerate(wishes) if not held[i] and w.track is not None]
+        blind = [w.track for w, reason in zip(wishes, held, strict=True) if reason and w.track is not None]
+        tracks = [track for _, _, track in steered] + blind + list(others)
+        if steered:
+            self._judge([(i, w) for i, w, _ in steered], tracks, sealed)
+        return [sealed[i] for i in range(len(wishes))]
 
     def forget(self, system_id: int) -> None:
         """The UAV is no longer steered."""
         self._last.pop(system_id, None)
+        self._sides.pop(system_id, None)
 
-    def _judge(self, wish: Wish, tracks: Sequence[UavTrack], forecasts: dict[int, Forecast]) -> SealedSetpoint:
-        setpoint, track = wish.setpoint, wish.track
-        if not is_finite(setpoint):
-            return self._hold(setpoint, track, "setpoint is not a number")
-        if track is None or track.is_stale:
-            return self._hold(setpoint, track, "position is too old to steer by")
-        north, east, down = setpoint.vel_ned_mps
-        asked: Enu = (east, north, -down)
-        vel = limit_altitude(limit_speed(asked, self.envelope), track.alt_home_m, self.envelope)
-        rivals = [t for t in tracks if t.system_id != track.system_id and self._may_meet(track, t)]
-        if not rivals and is_far_from_bounds(track, self.envelope):
-            action = GateAction.PASSED if vel == asked else GateAction.SLOWED
-            return self._seal(setpoint, track, vel, action, "" if vel == asked else "speed or climb limit")
-        return self._avoid(_Case(setpoint, track, asked, vel), rivals, forecasts)
+    def _judge(
+        self, steered: list[tuple[int, Wish]], tracks: list[UavTrack], sealed: dict[int, SealedSetpoint]
+    ) -> None:
+        asked = np.array([_enu(wish.setpoint) for _, wish in steered])
+        places = np.array([_place(track) for track in tracks])
+        told = np.array([self._last.get(track.system_id, _velocity(track)) for track in tracks])
+        sides = np.array([self._sides.get(track.system_id, (0.0, 0.0)) for track in tracks])
+        safe, choices, causes = rules.judge_fleet(places, told, asked, sides, self._bounds, self._edges, self._starts)
+        for row, (i, wish) in enumerate(steered):
+            system_id = wish.setpoint.system_id
+            east, north, up = safe[row].tolist()
+            self._last[system_id] = (east, north, up)
+            self._sides[system_id] = (float(sides[row, 0]), float(sides[row, 1]))
+            action, cause = _action(int(choices[row]), int(causes[row])), _CAUSES[causes[row]]
+            setpoint = wish.setpoint
+            if action is not GateAction.PASSED:
+                setpoint = VelocitySetpoint(system_id, (north, east, -up), wish.setpoint.yaw_rad)
+            sealed[i] = SealedSetpoint(_SEAL, setpoint, action, cause)
 
-    def _avoid(self, case: _Case, rivals: Sequence[UavTrack], forecasts: dict[int, Forecast]) -> SealedSetpoint:
-        track, candidates, choice = case.track, _candidates(case.vel), 0
-        hazards, late = self._hazards(track, candidates[:1], rivals, forecasts)
-        cause = max(hazards, key=lambda name: float(np.max(hazards[name])))
-        if np.max(hazards[cause]) > 0.0:  # only now the other ways are worth looking at
-            hazards, late = self._hazards(track, candidates, rivals, forecasts)
-            choice = _choose(np.max(np.stack(list(hazards.values())), axis=0))
-        forecasts[track.system_id] = late.only(choice)
-        if choice == 0:
-            limited = case.vel != case.asked
-            action = GateAction.SLOWED if limited else GateAction.PASSED
-            return self._seal(case.setpoint, track, case.vel, action, "speed or climb limit" if limited else "")
-        east, north, up = (float(v) for v in candidates[choice])
-        return self._seal(case.setpoint, track, (east, north, up), _action(choice), cause)
-
-    def _hazards(
-        self, track: UavTrack, candidates: FloatArray, rivals: Sequence[UavTrack], forecasts: dict[int, Forecast]
-    ) -> tuple[dict[str, FloatArray], Forecast]:
-        """Depth beyond each bound [C, K]. A vehicle obeys at once or after the dead time: both must end well."""
-        envelope = self.envelope
-        last = self._last.get(track.system_id, _velocity(track))
-        ways = [forecast(track, last, candidates, envelope, dead_s) for dead_s in (envelope.reaction_s, 0.0)]
-        hazards = {
-            "geofence": np.maximum(*(fence_hazard_m(way.path_m, envelope) for way in ways)),
-            "obstacle": np.maximum(*(obstacle_hazard_m(way.path_m, envelope) for way in ways)),
-        }
-        for rival in rivals:
-            other = self._rival_forecast(rival, forecasts)
-            for way in ways:
-                gap = separation_hazard_m(way, track.alt_home_m, other, rival.alt_home_m, envelope)
-                hazards["separation"] = np.maximum(hazards.get("separation", gap), gap)
-        return hazards, ways[0]
-
-    def _rival_forecast(self, rival: UavTrack, forecasts: dict[int, Forecast]) -> Forecast:
-        """What another UAV does: judged already, or braking after what it was last told."""
-        if rival.system_id not in forecasts:
-            last = self._last.get(rival.system_id, _velocity(rival))
-            forecasts[rival.system_id] = forecast(
-                rival, last, np.array([last]), self.envelope, self.envelope.reaction_s
-            )
-        return forecasts[rival.system_id]
-
-    def _may_meet(self, track: UavTrack, other: UavTrack) -> bool:
-        """Near enough in height and distance for a closer look."""
-        closing_m = abs(track.vel_up_mps) + abs(other.vel_up_mps) + self.envelope.max_climb_mps
-        if abs(track.alt_home_m - other.alt_home_m) > self.envelope.vertical_separation_m + closing_m:
-            return False
-        top_mps = self.envelope.max_speed_mps
-        reach_m = 2.0 * (
-            top_mps * (self.envelope.reaction_s + 0.1) + top_mps * top_mps / (2 * self.envelope.brake_mps2)
-        )
-        gap_m = math.hypot(track.east_m - other.east_m, track.north_m - other.north_m)
-        return gap_m < reach_m + self.envelope.separation_m
-
-    def _hold(self, setpoint: VelocitySetpoint, track: UavTrack | None, reason: str) -> SealedSetpoint:
-        yaw_rad = setpoint.yaw_rad if math.isfinite(setpoint.yaw_rad) else 0.0
+    def _hold(self, wish: Wish, reason: str) -> SealedSetpoint:
+        system_id, track = wish.setpoint.system_id, wish.track
+        yaw_rad = wish.setpoint.yaw_rad if math.isfinite(wish.setpoint.yaw_rad) else 0.0
         yaw_rad = track.yaw_rad if track is not None else yaw_rad
-        still = VelocitySetpoint(setpoint.system_id, (0.0, 0.0, 0.0), yaw_rad)
-        self._last[setpoint.system_id] = (0.0, 0.0, 0.0)
-        return SealedSetpoint(_SEAL, still, GateAction.HELD, reason)
+        self._last[system_id] = (0.0, 0.0, 0.0)
+        return SealedSetpoint(_SEAL, VelocitySetpoint(system_id, (0.0, 0.0, 0.0), yaw_rad), GateAction.HELD, reason)
 
-    def _seal(
-        self, setpoint: VelocitySetpoint, track: UavTrack, vel: Enu, action: GateAction, reason: str
-    ) -> SealedSetpoint:
-        self._last[track.system_id] = vel
-        if action is GateAction.PASSED:
-            return SealedSetpoint(_SEAL, setpoint, action, reason)
-        safe = VelocitySetpoint(setpoint.system_id, (vel[1], vel[0], -vel[2]), setpoint.yaw_rad)
-        return SealedSetpoint(_SEAL, safe, action, reason)
+
+@cache
+def compile_rules() -> None:
+    """Compile (or load) the rules once, before anything flies: the first call of compiled code takes seconds."""
+    envelope = Envelope(size_m=(100.0, 100.0))
+    edges, starts = envelope.walls()
+    at = np.array([[50.0, 50.0, 50.0, 0.0, 0.0, 0.0]])
+    rules.judge_fleet(at, at[:, 3:].copy(), at[:, 3:].copy(), np.zeros((1, 2)), envelope.bounds(), edges, starts)
+
+
+def _why_held(wish: Wish) -> str:
+    """Why a wish cannot be judged, empty where it can."""
+    if not all(math.isfinite(value) for value in (*wish.setpoint.vel_ned_mps, wish.setpoint.yaw_rad)):
+        return "setpoint is not a number"
+    if wish.track is None or wish.track.is_stale:
+        return "position is too old to steer by"
+    return ""
+
+
+def _enu(setpoint: VelocitySetpoint) -> Enu:
+    north, east, down = setpoint.vel_ned_mps
+    return east, north, -down
 
 
 def _velocity(track: UavTrack) -> Enu:
     return (track.vel_east_mps, track.vel_north_mps, track.vel_up_mps)
 
 
-def _candidates(vel: Enu) -> FloatArray:
-    """The wish, its bends, full braking and the escapes: [C, 3]."""
-    east, north, up = vel
-    rows = [
-        (
-            share * (east * math.cos(turn) + north * math.sin(turn)),
-            share * (north * math.cos(turn) - east * math.sin(turn)),
-            up,
-        )
-        for turn, share in _BENDS
-    ]
-    rows.append((0.0, 0.0, 0.0))
-    rows.extend((e, n, 0.0) for e, n in _ESCAPES_MPS)
-    return np.array(rows)
+def _place(track: UavTrack) -> tuple[float, float, float, float, float, float]:
+    return (track.east_m, track.north_m, track.alt_home_m, *_velocity(track))
 
 
-def _choose(worst: FloatArray) -> int:
-    """The first candidate without hazard; where none is, the one whose path lies least deep over its whole length."""
-    clear = np.flatnonzero(np.max(worst, axis=1) <= 0.0)
-    if clear.size:
-        return int(clear[0])
-    return int(np.argmin(np.sum(np.clip(worst, 0.0, None), axis=1)))
-
-
-def _action(choice: int) -> GateAction:
-    if choice >= len(_BENDS):
-        return GateAction.HELD if choice == len(_BENDS) else GateAction.BENT
-    return GateAction.SLOWED if _BENDS[choice][0] == 0.0 else GateAction.BENT
+def _action(choice: int, cause: int) -> GateAction:
+    if choice == 0:
+        if cause == rules.NONE:
+            return GateAction.PASSED
+        return GateAction.SLOWED if cause == rules.LIMIT else GateAction.BENT
+    if choice == rules.BRAKE:
+        return GateAction.HELD
+    return GateAction.SLOWED if rules.is_straight(choice) else GateAction.BENT
