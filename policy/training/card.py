@@ -6,7 +6,7 @@ import platform
 import shlex
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -49,7 +49,7 @@ def write_card(
         "episodic_aoi_last_20": sum(scores[-20:]) / max(1, len(scores[-20:])),
         "training_s": round(training_s, 1),
         "date_utc": datetime.now(UTC).isoformat(timespec="seconds"),
-        "command": shlex.join(["python", *sys.orig_argv[1:]]),
+        "command": command_line(sys.orig_argv),
         "git_commit": commit,
         "versions": {name: importlib.metadata.version(name) for name in ("torch", "numpy", "onnx", "onnxruntime")},
         "python": platform.python_version(),
@@ -57,6 +57,12 @@ def write_card(
         "limits": list(LIMITS),
     }
     write_atomically(files.card, (json.dumps(card, indent=2) + "\n").encode())
+
+
+def command_line(arguments: Sequence[str]) -> str:
+    """As typed, with the last names of absolute paths: a card tells no machine's folders."""
+    named = [Path(word).name if Path(word).is_absolute() else word for word in arguments[1:]]
+    return shlex.join(["python", *named])
 
 
 def git_commit() -> str | None:

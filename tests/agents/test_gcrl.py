@@ -92,7 +92,7 @@ def test_it_decides_alike_every_time_and_legally() -> None:
 @pytest.mark.parametrize("uavs", [1, 3])
 def test_it_tells_why(uavs: int) -> None:
     scenario, pos_enu_m = campaign(uavs)
-    agent = GcrlAgent(NARROW)
+    agent = GcrlAgent(replace(NARROW, search=SearchSettings(horizon_slots=2, beam=100)))
     agent.reset(scenario, 0)
     decision = agent.decide(initial_state(scenario, pos_enu_m[0]))
     told = json.loads(json.dumps(decision.explanation, allow_nan=False))
