@@ -18,13 +18,13 @@ from policy.model.evaluator import Evaluator
 from policy.model.states import STEPS, StateBatch, Units, push_step, stack_states
 from policy.search.explain import explain
 from policy.search.moves import Moves, make_moves
-from policy.search.plan import Plan
+from policy.search.plan import Kept, Plan
 from policy.search.planner import make_plan
 from policy.search.problem import make_problem
 from policy.search.settings import SearchSettings
-from policy.world.arrays import FloatArray, IntArray
+from policy.world.arrays import FloatArray
 from policy.world.scenario import Scenario
-from policy.world.state import JointAction, WorldState, initial_state
+from policy.world.state import WorldState, initial_state
 
 EXPLAINED_USERS = 5
 """Users shown for each UAV, those that it attends to most."""
@@ -37,6 +37,10 @@ class GcrlSettings:
     search: SearchSettings = field(default_factory=SearchSettings)
     use_value: bool = True  # at the leaves; else the closed form "AoI x slots to reach"
     use_prediction: bool = True  # of users; else they stay (ablation "w/o pred")
+    use_blur: bool = False
+    blur_rest_m: float = 5.0
+    blur_share: float = 0.5
+    blur_growth: float = 0.5
     predicted_slots: int = 3  # asked of the network one after the other; then users are taken to stay
 
     @classmethod
@@ -92,13 +96,12 @@ class GcrlAgent:
         self._steps_m = self._user_steps_m(state)
         now = stack_states([state], self._steps_m[None])
         predicted_m = self._predict(now) if self._settings.use_prediction else None
-        problem = make_problem(self._scenario, self._moves, state, self._settings.search, predicted_m)
+        blur_m = self._blur_m() if self._settings.use_blur else None
+        problem = make_problem(self._scenario, self._moves, state, self._settings.search, predicted_m, blur_m)
         leaf = _LeafValue(self._evaluator, self._units) if self._settings.use_value else None
         plan = make_plan(problem, self._kept(state.slot), leaf)
         self._plan, self._before = plan, state
-        first, actions = plan.actions[:, 0], self._moves.actions
-        joint = JointAction(actions.heading_rad[first], actions.speed_mps[first])
-        return Decision(joint, plan.value, {**explain(problem, plan), **self._explain(now, predicted_m)})
+        return Decision(plan.first_action, plan.value, {**explain(problem, plan), **self._explain(now, predicted_m)})
 
     def _predict(self, now: StateBatch) -> FloatArray:
         """Users' places at the ends of the next slots [H, M, 2]: Eq. 12 applied to its own answers, then they stay."""
@@ -114,6 +117,13 @@ class GcrlAgent:
         places += [state.user_pos_enu_m[0]] * (horizon - len(places))
         return np.stack(places)
 
+    def _blur_m(self) -> FloatArray:
+        """How far off predictions may be [H, M]."""
+        s = self._settings
+        way_m = np.mean(np.linalg.norm(self._steps_m, axis=-1), axis=1)
+        ahead = 1.0 + s.blur_growth * np.arange(s.search.horizon_slots)[:, None]
+        return np.minimum(s.blur_rest_m + s.blur_share * way_m * ahead, 0.9 * self._units.serving_radius_m)
+
     def _user_steps_m(self, state: WorldState) -> FloatArray:
         """Ways of each user in the last slots [M, K, 2]; zero at the start and after a gap in what was seen."""
         before = self._before
@@ -123,7 +133,7 @@ class GcrlAgent:
         step_m = np.where(known[:, None], state.user_pos_enu_m - before.user_pos_enu_m, 0.0)
         return push_step(self._steps_m, step_m)
 
-    def _kept(self, slot: int) -> IntArray | None:
+    def _kept(self, slot: int) -> Kept | None:
         if self._plan is None or not 0 < slot - self._plan.slot < self._plan.actions.shape[1]:
             return None
         return self._plan.shifted(slot - self._plan.slot)

@@ -5,13 +5,12 @@ import numpy as np
 from policy.agents.base import Decision
 from policy.search.explain import explain
 from policy.search.moves import Moves, make_moves
-from policy.search.plan import Plan
+from policy.search.plan import Kept, Plan
 from policy.search.planner import make_plan
 from policy.search.problem import make_problem
 from policy.search.settings import SearchSettings, settings_for
-from policy.world.arrays import IntArray
 from policy.world.scenario import Scenario
-from policy.world.state import JointAction, WorldState, initial_state
+from policy.world.state import WorldState, initial_state
 
 
 class RecedingHorizonAgent:
@@ -42,11 +41,9 @@ class RecedingHorizonAgent:
         problem = make_problem(self._scenario, self._moves, state, self._settings)
         plan = make_plan(problem, self._kept(state.slot))
         self._plan = plan
-        first, actions = plan.actions[:, 0], self._moves.actions
-        joint = JointAction(actions.heading_rad[first], actions.speed_mps[first])
-        return Decision(joint, plan.value, explain(problem, plan))
+        return Decision(plan.first_action, plan.value, explain(problem, plan))
 
-    def _kept(self, slot: int) -> IntArray | None:
+    def _kept(self, slot: int) -> Kept | None:
         if self._plan is None or not 0 < slot - self._plan.slot < self._plan.actions.shape[1]:
             return None
         return self._plan.shifted(slot - self._plan.slot)

@@ -23,10 +23,10 @@ def explain(problem: Problem, plan: Plan) -> Mapping[str, Any]:
 
 
 def _uav(problem: Problem, plan: Plan, uav: int) -> dict[str, Any]:
-    actions = problem.moves.actions
+    actions, flown = problem.moves.actions, plan.first_action
     return {
         "uav": uav,
-        **_move(actions, int(plan.actions[uav, 0])),
+        **_shown(float(flown.heading_rad[uav]), float(flown.speed_mps[uav])),
         "path_enu_m": [[round(float(east), 1), round(float(north), 1)] for east, north in plan.path_enu_m[uav]],
         "alternatives": [_alternative(actions, other, plan.value) for other in plan.alternatives[uav]],
     }
@@ -37,7 +37,8 @@ def _alternative(actions: ActionSet, other: Alternative, best: float) -> dict[st
 
 
 def _move(actions: ActionSet, action: int) -> dict[str, float]:
-    return {
-        "heading_deg": round(math.degrees(float(actions.heading_rad[action])), 3),
-        "speed_mps": float(actions.speed_mps[action]),
-    }
+    return _shown(float(actions.heading_rad[action]), float(actions.speed_mps[action]))
+
+
+def _shown(heading_rad: float, speed_mps: float) -> dict[str, float]:
+    return {"heading_deg": round(math.degrees(heading_rad), 3), "speed_mps": speed_mps}

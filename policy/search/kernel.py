@@ -17,6 +17,7 @@ from policy.world.arrays import BoolArray, FloatArray, IntArray
 NO_MOVE = -1
 ONE = np.float32(1.0)
 ZERO = np.float32(0.0)
+HALF = np.float32(0.5)
 SHORTLIST = 3  # candidates looked at for each one kept; the rest are duplicates
 HASH_STEP = np.int64(6364136223846793005)  # Knuth's multiplier (MMIX)
 HASH_SPREAD = np.int64(1442695040888963407)
@@ -32,13 +33,21 @@ class Scene(NamedTuple):
     effort: Effort
 
 
+class Trail(NamedTuple):
+    """A path to keep, open from ``length`` on. Places need not be ones that the moves lead to (ideal motion)."""
+
+    path_m: FloatArray  # [H, 2]
+    action: IntArray  # [H] the nearest command
+    length: int
+
+
 class Beam(NamedTuple):
     """The K' <= K paths left at the horizon's end; the trail's, where there is one, is the first."""
 
     actions: IntArray  # [K', H]
+    path_m: FloatArray  # [K', H, 2]
     cost: FloatArray  # [K'] discounted, without what comes after the horizon
     leaf: FloatArray  # [K'] the closed-form cost of what comes after
-    pos_m: FloatArray  # [K', 2]
     aoi_slots: Float32Array  # [K', N]
 
 
@@ -52,50 +61,55 @@ class Layer(NamedTuple):
 
 
 class Children(NamedTuple):
-    """K A children in order of node and action; infinite cost and rank: not legal."""
+    """K A children in order of node and action, then the trail's; infinite cost and rank: not legal."""
 
-    cost: FloatArray  # [K A]
-    leaf: FloatArray  # [K A]
-    rank: FloatArray  # [K A] cost and leaf
-    pos_m: FloatArray  # [K A, 2]
+    cost: FloatArray  # [K A + 1]
+    leaf: FloatArray  # [K A + 1]
+    rank: FloatArray  # [K A + 1] cost and leaf
+    pos_m: FloatArray  # [K A + 1, 2]
 
 
-class Crowd(NamedTuple):
-    """The users at the end of one slot."""
-
-    east_m: Float32Array  # [N]
-    north_m: Float32Array  # [N]
-    weight: Float32Array  # [N]
-    others_gap_m: Float32Array  # [N] from the nearest other UAV's serving radius, 0 within it
-    radius_m: np.float32
-    salt: IntArray  # [N] for hashing
+EAST, NORTH, INNER, FADE, OTHERS, WEIGHT = range(6)
+"""Rows of a crowd, float32 [6, N]: the users at the end of one slot, in one array so that the loops over users run
+on vector units. OTHERS: metres from where the nearest other UAV serves for sure.
+"""
 
 
 @compiled
-def search(scene: Scene, start: Start, trail: IntArray, others_gap_m: Float32Array) -> Beam:
-    """``trail`` [H] actions to keep (NO_MOVE: any, from there on), ``others_gap_m`` [H, N]."""
+def search(scene: Scene, start: Start, trail: Trail, others_gap_m: Float32Array) -> Beam:
+    """``others_gap_m`` [H, N]: metres from where the nearest other UAV serves for sure, 0 within."""
     users, prices, beam = scene.users, scene.prices, scene.effort.beam
     horizon, num_actions = users.east_m.shape[0], start.allowed.shape[1]
     parents, moves = np.zeros((horizon, beam), np.int64), np.zeros((horizon, beam), np.int64)
+    places = np.zeros((horizon, beam, 2))
     layer = _root(start, users)
-    leaf, discount, on_trail = np.zeros(1), 1.0, trail[0] != NO_MOVE
+    leaf, discount, on_trail = np.zeros(1), 1.0, trail.length > 0
     for depth in range(horizon):
-        crowd = _crowd(users, depth, others_gap_m)
+        crowd = _crowd(users, depth, others_gap_m[depth])
         leaf_price = discount * prices.discount * (prices.end if depth + 1 == horizon else prices.leaf)
-        children = _expand(scene, start, layer, crowd, (discount, leaf_price))
+        children = _expand(scene, start, layer, crowd, trail, (depth, discount, leaf_price))
         discount *= prices.discount
-        kept_first = _trail_child(children.rank, trail[depth], num_actions) if on_trail else NO_MOVE
+        last = children.rank.size - 1
+        kept_first = NO_MOVE
+        if on_trail:
+            kept_first = last if depth < trail.length else _best_child(children.rank, num_actions)
         on_trail = kept_first != NO_MOVE
-        chosen, aoi = _choose(children, layer, crowd, kept_first, scene.effort)
-        parents[depth, : chosen.size], moves[depth, : chosen.size] = chosen // num_actions, chosen % num_actions
-        layer = Layer(children.pos_m[chosen], chosen % num_actions, children.cost[chosen], aoi)
+        chosen, aoi = _choose(children, layer, crowd, users.salt, kept_first, scene.effort)
+        for place in range(chosen.size):
+            child = chosen[place]
+            parents[depth, place] = 0 if child == last else child // num_actions
+            moves[depth, place] = trail.action[depth] if child == last else child % num_actions
+            places[depth, place] = children.pos_m[child]
+        kept = chosen.size
+        layer = Layer(places[depth, :kept].copy(), moves[depth, :kept].copy(), children.cost[chosen], aoi)
         leaf = children.leaf[chosen]
-    return Beam(_trace(parents, moves, layer.cost.size), layer.cost, leaf, layer.pos_m, layer.aoi_slots)
+    actions, path_m = _trace(parents, moves, places, layer.cost.size)
+    return Beam(actions, path_m, layer.cost, leaf, layer.aoi_slots)
 
 
 @compiled
 def follow(scene: Scene, start: Start, actions: IntArray) -> tuple[IntArray, FloatArray]:
-    """A kept plan [H] from where the UAV really is: (actions [H], places [H, 2]); from the first move that is no
+    """Kept commands [H] from where the UAV really is: (actions [H], places [H, 2]); from the first move that is no
     longer possible on it brakes and hovers.
     """
     horizon = actions.shape[0]
@@ -114,77 +128,116 @@ def follow(scene: Scene, start: Start, actions: IntArray) -> tuple[IntArray, Flo
 
 
 @compiled
+def gaps_m(users: Users, path_m: FloatArray) -> Float32Array:
+    """Metres from where a UAV on ``path_m`` [H, 2] serves for sure to each user: [H, N], 0 within."""
+    gap: Float32Array = np.zeros(users.east_m.shape, np.float32)
+    for depth in range(gap.shape[0]):
+        east, north = np.float32(path_m[depth, 0]), np.float32(path_m[depth, 1])
+        for user in range(gap.shape[1]):
+            d_east, d_north = users.east_m[depth, user] - east, users.north_m[depth, user] - north
+            gap[depth, user] = max(np.sqrt(d_east * d_east + d_north * d_north) - users.inner_m[depth, user], ZERO)
+    return gap
+
+
+@compiled
 def _root(start: Start, users: Users) -> Layer:
     aoi = users.aoi_slots.copy().reshape(1, users.aoi_slots.size)
     return Layer(start.pos_m.copy().reshape(1, 2), np.full(1, start.allowed.shape[1]), np.zeros(1), aoi)
 
 
 @compiled
-def _crowd(users: Users, depth: int, others_gap_m: Float32Array) -> Crowd:
-    east_m, north_m = users.east_m[depth], users.north_m[depth]
-    return Crowd(east_m, north_m, users.weight, others_gap_m[depth], np.float32(users.radius_m), users.salt)
+def _crowd(users: Users, depth: int, others_gap_m: Float32Array) -> Float32Array:
+    crowd = np.empty((6, others_gap_m.size), np.float32)
+    crowd[EAST], crowd[NORTH] = users.east_m[depth], users.north_m[depth]
+    crowd[INNER], crowd[FADE] = users.inner_m[depth], users.fade_per_m[depth]
+    crowd[OTHERS], crowd[WEIGHT] = others_gap_m, users.weight
+    return crowd
 
 
 @compiled
 def _expand(
-    scene: Scene, start: Start, layer: Layer, crowd: Crowd, discount_and_leaf_price: tuple[float, float]
+    scene: Scene, start: Start, layer: Layer, crowd: Float32Array, trail: Trail, when: tuple[int, float, float]
 ) -> Children:
-    """All moves of all nodes."""
-    discount, leaf_price = discount_and_leaf_price
+    """All moves of all nodes; ``when``: depth, its discount and what a metre to go costs in the leaf."""
+    depth, discount, leaf_price = when
     nodes, num_actions = layer.last.size, start.allowed.shape[1]
-    cost, leaf = np.full(nodes * num_actions, np.inf), np.zeros(nodes * num_actions)
-    pos_m, prices = np.zeros((nodes * num_actions, 2)), scene.prices
+    cost, leaf = np.full(nodes * num_actions + 1, np.inf), np.zeros(nodes * num_actions + 1)
+    pos_m, waiting = np.zeros((nodes * num_actions + 1, 2)), np.zeros(crowd.shape[1], np.float32)
+    cover, energy = scene.prices.cover / max(waiting.size, 1), scene.prices.energy
+    is_open, legal, box_m = scene.walls.box_m.shape[0] == 0, np.zeros(num_actions, np.bool_), scene.table.box_m
+    low_m, high_m = scene.walls.low_m, scene.walls.high_m
     for node in range(nodes):
-        place, last, aoi = (layer.pos_m[node, 0], layer.pos_m[node, 1]), layer.last[node], layer.aoi_slots[node]
-        legal = _legal(scene, start, place, last)
+        place, last = (layer.pos_m[node, 0], layer.pos_m[node, 1]), layer.last[node]
+        step_m, energy_j, so_far = start.step_m[last], start.energy_j[last], layer.cost[node]
+        waiting[:] = crowd[WEIGHT] * layer.aoi_slots[node]
+        if is_open and last < num_actions:  # what _legal does without obstacles, which is far dearer to call
+            legal[:] = start.allowed[last]
+            _keep_inside(box_m[last], low_m, high_m, place, legal)
+            legal[0] = legal[0] or not np.any(legal)
+        else:
+            legal[:] = _legal(scene, start, place, last)
         for action in range(num_actions):
-            if not legal[action]:
-                continue
-            child = node * num_actions + action
-            pos_m[child, 0] = place[0] + start.step_m[last, action, 0]
-            pos_m[child, 1] = place[1] + start.step_m[last, action, 1]
-            age, wait, covered = _outlook(crowd, aoi, pos_m[child, 0], pos_m[child, 1])
-            slot_cost = age - prices.cover * covered + prices.energy * start.energy_j[last, action]
-            cost[child], leaf[child] = layer.cost[node] + discount * slot_cost, leaf_price * wait
+            if legal[action]:
+                child = node * num_actions + action
+                east, north = place[0] + step_m[action, 0], place[1] + step_m[action, 1]
+                age, wait, covered = _outlook(crowd, waiting, np.float32(east), np.float32(north))
+                pos_m[child, 0], pos_m[child, 1] = east, north
+                cost[child] = so_far + discount * (age - cover * covered + energy * energy_j[action])
+                leaf[child] = leaf_price * wait
+        if node == 0 and depth < trail.length:
+            child = nodes * num_actions
+            east, north = trail.path_m[depth, 0], trail.path_m[depth, 1]
+            spent_j = energy_j[trail.action[depth]]
+            if not scene.effort.by_velocity:
+                spent_j = _cruise_j(scene.table, np.hypot(east - place[0], north - place[1]))
+            age, wait, covered = _outlook(crowd, waiting, np.float32(east), np.float32(north))
+            pos_m[child, 0], pos_m[child, 1] = east, north
+            cost[child] = so_far + discount * (age - cover * covered + energy * spent_j)
+            leaf[child] = leaf_price * wait
     return Children(cost, leaf, cost + leaf, pos_m)
 
 
 @compiled
-def _outlook(crowd: Crowd, aoi: Float32Array, east_m: float, north_m: float) -> tuple[float, float, float]:
-    """Weighted sums over users after a slot that ends here: AoI (Eq. 4), AoI x metres to reach; share served."""
-    age, wait, covered = ZERO, ZERO, ZERO
-    east, north = np.float32(east_m), np.float32(north_m)
-    for user in range(aoi.size):
-        gap = _gap_m(crowd, user, east, north)
-        aged = crowd.weight[user] * (aoi[user] + ONE if gap > ZERO else ONE)
+def _cruise_j(table: MoveTable, way_m: float) -> float:
+    """Energy of a slot at the steady speed that covers ``way_m``."""
+    at = min(way_m / table.cruise_step_m, table.cruise_j.size - 1.0)
+    low = min(int(at), table.cruise_j.size - 2)
+    return float(table.cruise_j[low] + (at - low) * (table.cruise_j[low + 1] - table.cruise_j[low]))
+
+
+@compiled
+def _outlook(
+    crowd: Float32Array, waiting: Float32Array, east_m: np.float32, north_m: np.float32
+) -> tuple[float, float, float]:
+    """Weighted sums over users after a slot that ends here: AoI (Eq. 4), AoI x metres to reach; number served."""
+    age, wait, missed = ZERO, ZERO, ZERO
+    for user in range(waiting.size):
+        d_east, d_north = crowd[EAST, user] - east_m, crowd[NORTH, user] - north_m
+        gap = max(np.sqrt(d_east * d_east + d_north * d_north) - crowd[INNER, user], ZERO)
+        gap = min(gap, crowd[OTHERS, user])
+        miss = min(gap * crowd[FADE, user], ONE)
+        aged = crowd[WEIGHT, user] + miss * waiting[user]
         age += aged
         wait += aged * gap
-        covered += ZERO if gap > ZERO else ONE
-    return float(age), float(wait), float(covered) / max(aoi.size, 1)
+        missed += miss
+    return float(age), float(wait), float(waiting.size) - float(missed)
 
 
 @compiled
-def _gap_m(crowd: Crowd, user: int, east: np.float32, north: np.float32) -> np.float32:
-    """Metres from the nearest UAV's serving radius; 0: served (Def. 1, as loss grows with distance)."""
-    d_east, d_north = crowd.east_m[user] - east, crowd.north_m[user] - north
-    gap = max(np.sqrt(d_east * d_east + d_north * d_north) - crowd.radius_m, ZERO)
-    return min(gap, crowd.others_gap_m[user])
-
-
-@compiled
-def _trail_child(rank: FloatArray, action: int, num_actions: int) -> int:
-    """The trail's next node among the children of node 0, or NO_MOVE where it is no longer legal."""
-    child = np.argmin(rank[:num_actions]) if action == NO_MOVE else action
+def _best_child(rank: FloatArray, num_actions: int) -> int:
+    """How the trail goes on where it is open: the best child of node 0."""
+    child = np.argmin(rank[:num_actions])
     return int(child) if np.isfinite(rank[child]) else NO_MOVE
 
 
 @compiled
 def _choose(
-    children: Children, layer: Layer, crowd: Crowd, kept_first: int, effort: Effort
+    children: Children, layer: Layer, crowd: Float32Array, salt: IntArray, kept_first: int, effort: Effort
 ) -> tuple[IntArray, Float32Array]:
     """The best children without duplicates in order of rank, the trail's before all, and their AoI."""
     order = _best(children.rank, SHORTLIST * effort.beam)
-    num_actions = children.rank.size // layer.last.size
+    last = children.rank.size - 1
+    num_actions = last // layer.last.size
     chosen, codes = np.zeros(effort.beam, np.int64), np.zeros(effort.beam, np.int64)
     aoi = np.zeros((effort.beam, layer.aoi_slots.shape[1]), np.float32)
     kept = 0
@@ -195,7 +248,8 @@ def _choose(
         if kept == effort.beam:
             break
         east, north = children.pos_m[child]
-        code = _renew(crowd, layer.aoi_slots[child // num_actions], east, north, aoi[kept])
+        parent = 0 if child == last else child // num_actions
+        code = _renew(crowd, salt, layer.aoi_slots[parent], np.float32(east), np.float32(north), aoi[kept])
         code = _mix(_mix(code, np.floor(east / effort.cell_m)), np.floor(north / effort.cell_m))
         code = _mix(code, child % num_actions) if effort.by_velocity else code
         if not _known(codes, kept, code):
@@ -221,14 +275,22 @@ def _best(rank: FloatArray, count: int) -> IntArray:
 
 
 @compiled
-def _renew(crowd: Crowd, aoi: Float32Array, east_m: float, north_m: float, new_aoi: Float32Array) -> np.int64:
-    """Write the AoI after the slot (Eq. 4) into ``new_aoi`` [N] and return a hash of it."""
-    east, north = np.float32(east_m), np.float32(north_m)
+def _renew(
+    crowd: Float32Array,
+    salt: IntArray,
+    aoi: Float32Array,
+    east_m: np.float32,
+    north_m: np.float32,
+    new_aoi: Float32Array,
+) -> np.int64:
+    """Write the AoI after the slot (Eq. 4, expected) into ``new_aoi`` [N] and return a hash of it."""
     for user in range(aoi.size):
-        new_aoi[user] = aoi[user] + ONE if _gap_m(crowd, user, east, north) > ZERO else ONE
+        d_east, d_north = crowd[EAST, user] - east_m, crowd[NORTH, user] - north_m
+        gap = max(np.sqrt(d_east * d_east + d_north * d_north) - crowd[INNER, user], ZERO)
+        new_aoi[user] = ONE + min(min(gap, crowd[OTHERS, user]) * crowd[FADE, user], ONE) * aoi[user]
     code = np.int64(0)
     for user in range(aoi.size):
-        code += np.int64(np.int32(new_aoi[user])) * crowd.salt[user]
+        code += np.int64(np.int32(new_aoi[user] + HALF)) * salt[user]
     return code
 
 
@@ -240,16 +302,18 @@ def _mix(code: np.int64, value: float) -> np.int64:
 
 
 @compiled
-def _trace(parents: IntArray, moves: IntArray, kept: int) -> IntArray:
-    """The actions [K', H] that lead to each node of the last layer."""
+def _trace(
+    parents: IntArray, moves: IntArray, places: FloatArray, kept: int
+) -> tuple[IntArray, FloatArray]:
+    """Commands [K', H] and places [K', H, 2] that lead to each node of the last layer."""
     horizon = parents.shape[0]
-    actions = np.zeros((kept, horizon), np.int64)
+    actions, path_m = np.zeros((kept, horizon), np.int64), np.zeros((kept, horizon, 2))
     for end in range(kept):
         node = end
         for depth in range(horizon - 1, -1, -1):
-            actions[end, depth] = moves[depth, node]
+            actions[end, depth], path_m[end, depth] = moves[depth, node], places[depth, node]
             node = parents[depth, node]
-    return actions
+    return actions, path_m
 
 
 @compiled
@@ -261,16 +325,24 @@ def _legal(scene: Scene, start: Start, pos_m: tuple[float, float], last: int) ->
     legal: BoolArray = start.allowed[last].copy()
     if last == scene.table.box_m.shape[0]:
         return legal
-    box_m, low_m, high_m = scene.table.box_m[last], scene.walls.low_m, scene.walls.high_m
-    obstacles = scene.walls.box_m.shape[0]
-    for action in range(legal.size):
-        inside = pos_m[0] + box_m[action, 0] >= low_m[0] and pos_m[0] + box_m[action, 2] <= high_m[0]
-        inside = inside and pos_m[1] + box_m[action, 1] >= low_m[1] and pos_m[1] + box_m[action, 3] <= high_m[1]
-        legal[action] = legal[action] and inside
-        for obstacle in range(obstacles):
+    walls = scene.walls
+    _keep_inside(scene.table.box_m[last], walls.low_m, walls.high_m, pos_m, legal)
+    for action in range(legal.size if walls.box_m.shape[0] > 0 else 0):
+        for obstacle in range(walls.box_m.shape[0]):
             legal[action] = legal[action] and not _hits(scene, pos_m, last, action, obstacle)
     legal[0] = legal[0] or not np.any(legal)
     return legal
+
+
+@compiled
+def _keep_inside(
+    box_m: FloatArray, low_m: FloatArray, high_m: FloatArray, pos_m: tuple[float, float], legal: BoolArray
+) -> None:
+    """Strike moves whose ways [A, 4] leave the area."""
+    west, south, east, north = low_m[0] - pos_m[0], low_m[1] - pos_m[1], high_m[0] - pos_m[0], high_m[1] - pos_m[1]
+    for action in range(legal.size):
+        inside = box_m[action, 0] >= west and box_m[action, 2] <= east
+        legal[action] = legal[action] and inside and box_m[action, 1] >= south and box_m[action, 3] <= north
 
 
 @compiled

@@ -29,7 +29,7 @@ def leaf_states(problem: Problem, beam: Beam, uav: int, actions: IntArray, path_
     last = np.repeat(actions[None, :, -1], batch, axis=0)
     last[:, uav] = beam.actions[:, -1]
     pos_m = np.repeat(path_enu_m[None, :, -1], batch, axis=0)
-    pos_m[:, uav] = beam.pos_m
+    pos_m[:, uav] = beam.path_m[:, -1]
     energy_j = np.repeat((state.uav_energy_j - spent_j(problem, actions))[None], batch, axis=0)
     energy_j[:, uav] = state.uav_energy_j[uav] - path_energy_j(problem, uav, beam.actions)
     aoi, data_mb = _users_after(problem, beam)

@@ -19,6 +19,9 @@ from policy.world.scenario import Scenario
 
 BRAKING_SAMPLES = 1 + SAMPLES_PER_SLOT // 6  # as policy.world.airspace samples the way to rest
 
+CRUISE_SPEEDS = 181
+"""Of the greatest speed's range: 0.1 m/s apart at 18 m/s."""
+
 
 class Walls(NamedTuple):
     """Where a UAV may not be, for the compiled kernel. O obstacles of at most C corners, N in all."""
@@ -39,6 +42,8 @@ class MoveTable(NamedTuple):
     reachable: BoolArray  # [A, A] the new velocity is reached within the slot
     box_m: FloatArray  # [A, A, 4] least and greatest east, north of the points
     points_m: FloatArray  # [A, A, P, 2] relative to the start
+    cruise_j: FloatArray  # [C] of a slot at a steady speed that covers 0, 1, 2 .. x cruise_step_m
+    cruise_step_m: float
 
 
 @dataclass(frozen=True)
@@ -48,6 +53,7 @@ class Moves:
     actions: ActionSet
     table: MoveTable
     walls: Walls
+    serving_radius_m: float
 
 
 def make_moves(scenario: Scenario, settings: SearchSettings) -> Moves:
@@ -59,8 +65,14 @@ def make_moves(scenario: Scenario, settings: SearchSettings) -> Moves:
     reachable = change_time_s(vel[:, None, :], vel[None, :, :], scenario.max_accel_mps2) <= scenario.slot_s
     reachable[:, 0] = True  # braking always is, by the choice of the fastest move
     box_m = np.concatenate((points_m.min(axis=-2), points_m.max(axis=-2)), axis=-1)
-    table = MoveTable(step_m, energy_j, reachable, box_m, points_m)
-    return Moves(actions, table, make_walls(scenario))
+    table = MoveTable(step_m, energy_j, reachable, box_m, points_m, *_cruise(scenario))
+    return Moves(actions, table, make_walls(scenario), scenario.serving_radius_m)
+
+
+def _cruise(scenario: Scenario) -> tuple[FloatArray, float]:
+    speed_mps = np.linspace(0.0, scenario.max_speed_mps, CRUISE_SPEEDS)
+    steady_mps = np.repeat(speed_mps[:, None], 2, axis=1)
+    return np.asarray(used_energy_j(steady_mps, scenario.slot_s)), float(speed_mps[1] * scenario.slot_s)
 
 
 def tabulate(scenario: Scenario, vel_from_mps: FloatArray, vel_to_mps: FloatArray) -> tuple[FloatArray, FloatArray]:

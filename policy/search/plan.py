@@ -6,6 +6,8 @@ import numpy as np
 
 from policy.search.kernel import NO_MOVE
 from policy.world.arrays import FloatArray, IntArray
+from policy.world.frames import heading_rad
+from policy.world.state import JointAction
 
 
 @dataclass(frozen=True)
@@ -17,22 +19,48 @@ class Alternative:
 
 
 @dataclass(frozen=True)
+class Kept:
+    """Plans to start from. Where ``actions`` are NO_MOVE they are open."""
+
+    actions: IntArray  # [U, >= 1] indices into the search's ActionSet
+    path_enu_m: FloatArray  # [U, >= 1, 2] at the end of each slot
+    start_enu_m: FloatArray  # [U, 2] where the UAVs were to be now
+
+    def without(self, uav: int) -> "Kept":
+        """The same with one UAV's plan thrown away."""
+        actions = self.actions.copy()
+        actions[uav] = NO_MOVE
+        return Kept(actions, self.path_enu_m, self.start_enu_m)
+
+
+@dataclass(frozen=True)
 class Plan:
     """U UAVs, H slots. ``value`` in slots of mean AoI: the discounted sum over the horizon and what comes after;
     lower is better. UAVs that do not fly hover in place.
     """
 
     slot: int  # the first slot planned
-    actions: IntArray  # [U, H] indices into the search's ActionSet; NO_MOVE: open
+    actions: IntArray  # [U, H] indices into the search's ActionSet; polished places: the command nearest to them
+    start_enu_m: FloatArray  # [U, 2]
     path_enu_m: FloatArray  # [U, H, 2] at the end of each slot
+    first_vel_enu_mps: FloatArray  # [U, 2] to be commanded in the first slot
     value: float
     kept_value: float | None  # of the plan kept from the slot before, completed as well as can be; None: no plan kept
     alternatives: tuple[tuple[Alternative, ...], ...] = ()  # [U] of at most three others, best first
 
-    def shifted(self, slots: int = 1) -> IntArray:
-        """The plan as it stands ``slots`` later: actions [U, H], the last ones open."""
+    @property
+    def first_action(self) -> JointAction:
+        """What to fly now."""
+        speed_mps = np.hypot(self.first_vel_enu_mps[:, 0], self.first_vel_enu_mps[:, 1])
+        return JointAction(heading_rad(self.first_vel_enu_mps), speed_mps)
+
+    def shifted(self, slots: int = 1) -> Kept:
+        """The plan as it stands ``slots`` later: its last slots are open."""
         if slots < 0:
             raise ValueError(f"a plan can only be shifted forward, not by {slots} slots")
         left = self.actions[:, slots:]
-        open_ = np.full((left.shape[0], self.actions.shape[1] - left.shape[1]), NO_MOVE, dtype=np.int64)
-        return np.concatenate((left, open_), axis=1)
+        gone = self.actions.shape[1] - left.shape[1]
+        open_ = np.full((left.shape[0], gone), NO_MOVE, dtype=np.int64)
+        rest_m = np.concatenate((self.path_enu_m[:, slots:], np.repeat(self.path_enu_m[:, -1:], gone, axis=1)), axis=1)
+        start_m = self.path_enu_m[:, min(slots, self.path_enu_m.shape[1]) - 1] if slots else self.start_enu_m
+        return Kept(np.concatenate((left, open_), axis=1), rest_m, start_m)

@@ -3,47 +3,54 @@
 All plans share one price, so a UAV's new plan is taken only when the whole fleet is better off, and each slot starts
 from the plans kept from the slot before: plans never get worse while users' places do not surprise. One UAV at a
 time gets stuck where two would have to change together, so a slot also tries what comes of throwing one UAV's plan
-away: the others close the gap first, then it is planned anew. Linear in U, where joint actions cost A^U.
+away: the others close the gap first, then it is planned anew. Linear in U, where joint actions cost A^U. With the
+paper's motion every candidate is polished (``policy.search.polish``) before plans are compared.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from policy.search.kernel import NO_MOVE, Beam, Scene, follow, search
+from policy.search.kernel import NO_MOVE, Beam, Scene, Trail, follow, gaps_m, search
 from policy.search.leaf import LeafValue, leaf_states
-from policy.search.plan import Alternative, Plan
+from policy.search.plan import Alternative, Kept, Plan
+from policy.search.polish import joint_price, polish
 from policy.search.problem import Float32Array, Problem
 from policy.world.arrays import FloatArray, IntArray
 
 ALTERNATIVES = 3
+OFF_COURSE_M = 0.1
+"""A UAV farther from where its plan began is no longer on it."""
 
 
 @dataclass
 class _Draft:
-    """The plans so far. ``gap_m`` [U, H, N] metres from each UAV's serving radius to each user; infinite: no plan."""
+    """The plans so far. ``gap_m`` [U, H, N] metres from where each UAV serves to each user; infinite: no plan."""
 
-    trail: IntArray  # [U, H]
+    actions: IntArray  # [U, H]
     path_m: FloatArray  # [U, H, 2]
+    length: IntArray  # [U] slots planned; the rest is open
     gap_m: Float32Array
 
+    def trail(self, uav: int) -> Trail:
+        """One UAV's plan as the kernel keeps it."""
+        return Trail(self.path_m[uav], self.actions[uav], int(self.length[uav]))
 
-def make_plan(problem: Problem, incumbent: IntArray | None = None, leaf: LeafValue | None = None) -> Plan:
-    """The best joint plan found. ``incumbent`` [U, >= 1] kept actions (``Plan.shifted``), None at the start."""
+
+def make_plan(problem: Problem, incumbent: Kept | None = None, leaf: LeafValue | None = None) -> Plan:
+    """The best joint plan found. ``incumbent``: kept plans (``Plan.shifted``), None at the start."""
     order = [int(uav) for uav in problem.planned]
     best = _improve(problem, incumbent, order, leaf)
     kept_value = None if incumbent is None else best.kept_value
     for uav in _rebuilt(problem, order):
-        without = best.actions.copy()
-        without[uav] = NO_MOVE
-        other = _improve(problem, without, [u for u in order if u != uav] + [uav], leaf)
+        other = _improve(problem, best.shifted(0).without(uav), [u for u in order if u != uav] + [uav], leaf)
         best = other if other.value < best.value else best
     return replace(best, kept_value=kept_value)
 
 
 def final_beam(problem: Problem, plan: Plan, uav: int) -> Beam:
     """The last layer of one more search for ``uav`` with the others on ``plan``: for learners and for inspection."""
-    return _search_one(problem, _draft(problem, plan.actions), uav)
+    return _search_one(problem, _draft(problem, plan.shifted(0)), uav)
 
 
 def _rebuilt(problem: Problem, order: list[int]) -> list[int]:
@@ -54,45 +61,93 @@ def _rebuilt(problem: Problem, order: list[int]) -> list[int]:
     return [order[(problem.state.slot * count + index) % len(order)] for index in range(count)]
 
 
-def _improve(problem: Problem, incumbent: IntArray | None, order: list[int], leaf: LeafValue | None) -> Plan:
-    """Rounds over the UAVs in ``order`` until none changes its plan."""
+def _improve(problem: Problem, incumbent: Kept | None, order: list[int], leaf: LeafValue | None) -> Plan:
+    """Rounds over the UAVs in ``order`` until none changes its plan, then polish."""
     draft = _draft(problem, incumbent)
-    values: list[float] = []
-    kept_value = 0.0
+    kept_value: float | None = None
     alternatives: list[tuple[Alternative, ...]] = [()] * problem.scenario.num_uavs
-    for _ in range(problem.settings.rounds):
-        before = draft.trail.copy()
-        for uav in order:
-            beam = _search_one(problem, draft, uav)
-            prices = _prices(problem, draft, beam, uav, leaf)
-            best = int(np.argmin(prices))  # the kept plan comes first and wins ties
-            kept_value = kept_value if values else float(prices[0])
-            values.append(float(prices[best]))
-            alternatives[uav] = _alternatives(beam, prices, best)
-            _adopt(problem, draft, uav, beam.actions[best])
-        if np.array_equal(before, draft.trail):
+    settled = 0  # UAVs in a row whose plan stayed: their searches would answer the same again
+    for uav in order * problem.settings.rounds:
+        if settled == len(order):
             break
-    flown = np.where(problem.state.uav_active[:, None], draft.trail, 0)
-    value = values[-1] if values else 0.0
-    return Plan(problem.state.slot, flown, draft.path_m, value, kept_value, tuple(alternatives))
+        beam = _search_one(problem, draft, uav)
+        prices = _prices(problem, draft, beam, uav, leaf)
+        best = int(np.argmin(prices))  # the kept plan comes first and wins ties
+        kept_value = float(prices[0]) if kept_value is None else kept_value
+        alternatives[uav] = _alternatives(beam, prices, best)
+        stays = draft.length[uav] == problem.horizon_slots and np.array_equal(draft.path_m[uav], beam.path_m[best])
+        settled = settled + 1 if stays else 1
+        _adopt(problem, draft, uav, beam.actions[best], beam.path_m[best])
+    _polish(problem, draft)
+    return _finished(problem, draft, leaf, kept_value, tuple(alternatives))
 
 
-def _draft(problem: Problem, incumbent: IntArray | None) -> _Draft:
+def _finished(
+    problem: Problem,
+    draft: _Draft,
+    leaf: LeafValue | None,
+    kept_value: float | None,
+    alternatives: tuple[tuple[Alternative, ...], ...],
+) -> Plan:
+    state, planned = problem.state, problem.planned
+    actions = np.where(state.uav_active[:, None], draft.actions, 0)
+    path_m = np.where(state.uav_active[:, None, None], draft.path_m, state.uav_pos_enu_m[:, None])
+    return Plan(
+        slot=state.slot,
+        actions=actions,
+        start_enu_m=np.array(state.uav_pos_enu_m, dtype=np.float64),
+        path_enu_m=path_m,
+        first_vel_enu_mps=_first_vel(problem, actions, path_m),
+        value=_value(problem, actions, path_m, leaf) if planned.size else 0.0,
+        kept_value=kept_value,
+        alternatives=alternatives,
+    )
+
+
+def _first_vel(problem: Problem, actions: IntArray, path_m: FloatArray) -> FloatArray:
+    """The commands of the table, or, where places are free, the way in a slot, no faster than allowed."""
+    if not problem.is_polished:
+        return problem.moves.actions.vel_enu_mps[actions[:, 0]]
+    vel = (path_m[:, 0] - problem.state.uav_pos_enu_m) / problem.scenario.slot_s
+    speed = np.hypot(vel[:, 0], vel[:, 1])
+    return np.asarray(vel * np.minimum(1.0, problem.scenario.max_speed_mps / np.maximum(speed, 1e-9))[:, None])
+
+
+def _value(problem: Problem, actions: IntArray, path_m: FloatArray, leaf: LeafValue | None) -> float:
+    """The fleet's price, all UAVs' energy included."""
+    energy_j = np.sum([_energy_j(problem, int(uav), actions, path_m) for uav in problem.planned], axis=0)
+    cost, after, aoi = joint_price(_scene(problem), path_m, energy_j, problem.planned)
+    if leaf is None or problem.prices.end == 0.0:
+        return float(cost + after)
+    uav = int(problem.planned[-1])
+    end = Beam(actions[uav, None], path_m[uav, None], np.zeros(1), np.zeros(1), aoi[None])
+    learned = leaf(leaf_states(problem, end, uav, actions, path_m))
+    return float(cost + problem.prices.discount**problem.horizon_slots * learned[0])
+
+
+def _energy_j(problem: Problem, uav: int, actions: IntArray, path_m: FloatArray) -> FloatArray:
+    """What one UAV's plan spends in each slot [H]: by its commands, or by the ways between free places."""
+    if not problem.is_polished:
+        start = problem.starts[uav]
+        before = np.concatenate(([start.allowed.shape[1]], actions[uav, :-1]))
+        return np.asarray(start.energy_j[before[: actions.shape[1]], actions[uav]])
+    table = problem.moves.table
+    ways = np.diff(np.concatenate((problem.state.uav_pos_enu_m[uav, None], path_m[uav])), axis=0)
+    at_m = table.cruise_step_m * np.arange(table.cruise_j.size)
+    return np.asarray(np.interp(np.hypot(ways[:, 0], ways[:, 1]), at_m, table.cruise_j))
+
+
+def _draft(problem: Problem, incumbent: Kept | None) -> _Draft:
     num_uavs, horizon = problem.scenario.num_uavs, problem.horizon_slots
     draft = _Draft(
-        trail=np.full((num_uavs, horizon), NO_MOVE, dtype=np.int64),
-        path_m=np.repeat(problem.state.uav_pos_enu_m[:, None, :], horizon, axis=1),
+        actions=np.full((num_uavs, horizon), NO_MOVE, dtype=np.int64),
+        path_m=np.repeat(np.asarray(problem.state.uav_pos_enu_m, dtype=np.float64)[:, None, :], horizon, axis=1),
+        length=np.zeros(num_uavs, dtype=np.int64),
         gap_m=np.full((num_uavs, *problem.users.east_m.shape), np.inf, dtype=np.float32),
     )
-    if incumbent is None:
-        return draft
-    kept = np.full_like(draft.trail, NO_MOVE)
-    shared = min(horizon, incumbent.shape[1])
-    kept[:, :shared] = incumbent[:, :shared]
-    for uav in problem.planned:
-        if kept[uav, 0] != NO_MOVE:
-            _adopt(problem, draft, uav, kept[uav])
-            draft.trail[uav] = kept[uav]  # its open end stays open for the search to fill
+    if incumbent is not None:
+        for uav in problem.planned:
+            _take_up(problem, draft, incumbent, int(uav))
     return draft
 
 
@@ -100,28 +155,52 @@ def _scene(problem: Problem) -> Scene:
     return Scene(problem.users, problem.prices, problem.moves.table, problem.moves.walls, problem.effort)
 
 
+def _take_up(problem: Problem, draft: _Draft, kept: Kept, uav: int) -> None:
+    """Put one kept plan into the draft as far as it can still be flown."""
+    horizon = problem.horizon_slots
+    actions = kept.actions[uav, :horizon]
+    length = int(np.argmax(np.append(actions, NO_MOVE) == NO_MOVE))
+    off_m = np.linalg.norm(kept.start_enu_m[uav] - problem.state.uav_pos_enu_m[uav])
+    if length == 0 or (problem.is_polished and off_m > OFF_COURSE_M):
+        return
+    padded = np.concatenate((actions[:length], np.full(horizon - length, NO_MOVE, dtype=np.int64)))
+    if problem.is_polished:
+        path_m = np.repeat(kept.path_enu_m[uav, length - 1 : length], horizon, axis=0)
+        path_m[:length] = kept.path_enu_m[uav, :length]
+        flown = np.where(padded == NO_MOVE, 0, padded)
+    else:
+        flown, path_m = follow(_scene(problem), problem.starts[uav], padded)
+    _adopt(problem, draft, uav, flown, path_m)
+    draft.length[uav] = length  # its open end stays open for the search to fill
+
+
 def _search_one(problem: Problem, draft: _Draft, uav: int) -> Beam:
-    others = np.arange(draft.trail.shape[0]) != uav
+    others = np.arange(draft.length.size) != uav
     others_gap_m = np.min(draft.gap_m[others], axis=0, initial=np.inf)
-    return search(_scene(problem), problem.starts[uav], draft.trail[uav], others_gap_m)
+    return search(_scene(problem), problem.starts[uav], draft.trail(uav), others_gap_m)
 
 
 def _prices(problem: Problem, draft: _Draft, beam: Beam, uav: int, leaf: LeafValue | None) -> FloatArray:
     """What each path of the beam costs, the time after the horizon included: [K']."""
     if leaf is None or problem.prices.end == 0.0:
         return beam.cost + beam.leaf
-    flown = np.where(draft.trail == NO_MOVE, 0, draft.trail)
+    flown = np.where(draft.actions == NO_MOVE, 0, draft.actions)
     after = leaf(leaf_states(problem, beam, uav, flown, draft.path_m))
     return beam.cost + problem.prices.discount**problem.horizon_slots * np.asarray(after, dtype=np.float64)
 
 
-def _adopt(problem: Problem, draft: _Draft, uav: int, actions: IntArray) -> None:
-    users = problem.users
-    flown, path_m = follow(_scene(problem), problem.starts[uav], actions)
-    east_m, north_m = path_m.astype(np.float32).T[:, :, None]
-    away_m = np.hypot(users.east_m - east_m, users.north_m - north_m)
-    draft.trail[uav], draft.path_m[uav] = flown, path_m
-    draft.gap_m[uav] = np.maximum(away_m - np.float32(users.radius_m), np.float32(0.0))
+def _adopt(problem: Problem, draft: _Draft, uav: int, actions: IntArray, path_m: FloatArray) -> None:
+    draft.actions[uav], draft.path_m[uav], draft.length[uav] = actions, path_m, problem.horizon_slots
+    draft.gap_m[uav] = gaps_m(problem.users, path_m)
+
+
+def _polish(problem: Problem, draft: _Draft) -> None:
+    """Places between the moves, and the commands nearest to the ways between them."""
+    if not problem.is_polished or problem.users.aoi_slots.size == 0:
+        return
+    scenario, start_m = problem.scenario, np.asarray(problem.state.uav_pos_enu_m, dtype=np.float64)
+    reach_m = scenario.max_speed_mps * scenario.slot_s
+    polish(_scene(problem), start_m, draft.path_m, problem.planned, reach_m, problem.settings.polish_sweeps)
 
 
 def _alternatives(beam: Beam, prices: FloatArray, best: int) -> tuple[Alternative, ...]:

@@ -15,6 +15,8 @@ from policy.world.motion import slot_path_m
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState
 
+SHARP_M = 1e-6
+"""Where nothing blurs a user's place, the chance to be served falls from one to none within this."""
 Float32Array = npt.NDArray[np.float32]
 
 
@@ -25,7 +27,8 @@ class Users(NamedTuple):
     north_m: Float32Array  # [H, N]
     aoi_slots: Float32Array  # [N] now
     weight: Float32Array  # [N] sums to 1
-    radius_m: float  # served within
+    inner_m: Float32Array  # [H, N] served for sure within
+    fade_per_m: Float32Array  # [H, N] how fast the chance falls beyond
     salt: IntArray  # [N] odd numbers that tell users apart in a hash
 
 
@@ -72,6 +75,11 @@ class Problem:
     starts: tuple[Start, ...]  # [U]
 
     @property
+    def is_polished(self) -> bool:
+        """Places of plans lie between the moves."""
+        return self.settings.polish_sweeps > 0 and math.isinf(self.scenario.max_accel_mps2)
+
+    @property
     def planned(self) -> IntArray:
         """UAVs that fly."""
         return np.flatnonzero(self.state.uav_active)
@@ -83,8 +91,11 @@ def make_problem(
     state: WorldState,
     settings: SearchSettings,
     user_pos_enu_m: FloatArray | None = None,
+    user_blur_m: FloatArray | None = None,
 ) -> Problem:
-    """State without batch dimension; ``user_pos_enu_m`` [>= H, M, 2] predicted, None when they stay."""
+    """State without batch dimension; ``user_pos_enu_m`` [>= H, M, 2] predicted, None when they stay; ``user_blur_m``
+    [>= H, M] how far predictions may be off, None: certain.
+    """
     left = scenario.slots - state.slot
     horizon = min(settings.horizon_slots, left) if left > 0 else settings.horizon_slots
     if user_pos_enu_m is None:
@@ -98,8 +109,8 @@ def make_problem(
         settings=settings,
         horizon_slots=horizon,
         user_pos_enu_m=user_pos_enu_m[:horizon],
-        users=_users(scenario, state, user_pos_enu_m[:horizon]),
-        prices=_prices(scenario, settings, is_last=0 < left <= settings.horizon_slots),
+        users=_users(scenario, moves.serving_radius_m, state, user_pos_enu_m[:horizon], user_blur_m),
+        prices=_prices(scenario, settings, float(moves.table.cruise_j[-1]), is_last=0 < left <= settings.horizon_slots),
         effort=Effort(settings.beam, settings.cell_m, math.isfinite(scenario.max_accel_mps2)),
         starts=_starts(scenario, moves, state),
     )
@@ -144,8 +155,16 @@ def _way_back(scenario: Scenario, pos_m: FloatArray, vel_mps: FloatArray, vel_co
     return np.asarray(np.arange(end_m.shape[0]) == nearest)
 
 
-def _users(scenario: Scenario, state: WorldState, user_pos_enu_m: FloatArray) -> Users:
+def _users(
+    scenario: Scenario,
+    radius_m: float,
+    state: WorldState,
+    user_pos_enu_m: FloatArray,
+    user_blur_m: FloatArray | None,
+) -> Users:
     who = np.flatnonzero(state.user_active)
+    horizon = user_pos_enu_m.shape[0]
+    blur = np.zeros((horizon, who.size)) if user_blur_m is None else user_blur_m[:horizon, who]
     goal = scenario.objective
     weight = goal.c_aoi + goal.c_collect * scenario.collect_mbps[who] * scenario.slot_s
     total = float(np.sum(weight))
@@ -154,12 +173,13 @@ def _users(scenario: Scenario, state: WorldState, user_pos_enu_m: FloatArray) ->
         north_m=_single(user_pos_enu_m[:, who, 1]),
         aoi_slots=_single(state.user_aoi_slots[who]),
         weight=_single(weight / total if total > 0.0 else weight),
-        radius_m=scenario.serving_radius_m,
+        inner_m=_single(radius_m - blur),
+        fade_per_m=_single(1.0 / np.maximum(2.0 * blur, SHARP_M)),
         salt=np.random.default_rng(0).integers(2**62, size=who.size) * 2 + 1,
     )
 
 
-def _prices(scenario: Scenario, settings: SearchSettings, is_last: bool) -> Prices:
+def _prices(scenario: Scenario, settings: SearchSettings, full_speed_j: float, is_last: bool) -> Prices:
     """Rewards of Eq. 8 in slots of mean AoI.
 
     The freshness part of Eq. 8 telescopes: sum gamma^t c (kappa_t - kappa_t+1) is a constant less
@@ -172,7 +192,7 @@ def _prices(scenario: Scenario, settings: SearchSettings, is_last: bool) -> Pric
     reach_m = scenario.max_speed_mps * scenario.slot_s
     return Prices(
         cover=goal.c_cover / slot_price,
-        energy=goal.c_energy / scenario.battery_j / slot_price,
+        energy=goal.c_energy / scenario.battery_j / slot_price + settings.thrift / full_speed_j,
         leaf=settings.leaf_weight / reach_m,
         end=0.0 if is_last else settings.leaf_weight / reach_m,
         discount=settings.discount,

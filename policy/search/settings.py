@@ -6,6 +6,10 @@ from dataclasses import dataclass
 from policy.world.actions import ActionSet, make_actions
 from policy.world.scenario import Scenario
 
+THRIFT = 0.002
+"""Slots of mean AoI a slot at full speed: a user in 60 served one slot sooner outweighs eight of them."""
+MANY_UAVS = 4
+
 
 @dataclass(frozen=True)
 class SearchSettings:
@@ -19,6 +23,8 @@ class SearchSettings:
     speed_shares: tuple[float, ...] = (1.0,)  # of the greatest speed; hovering is always there
     leaf_weight: float = 0.6  # of AoI x slots to reach, against the AoI that the horizon counts
     discount: float = 1.0  # a slot; Eq. 7 weighs all slots alike
+    polish_sweeps: int = 0  # along every path, to places between the moves (ideal motion only)
+    thrift: float = 0.0  # slots of mean AoI that the energy of one slot at full speed is worth beside the objective
     cell_m: float = 30.0  # paths that end in one cell with one AoI of every user are one path
 
     def __post_init__(self) -> None:
@@ -27,21 +33,27 @@ class SearchSettings:
             raise ValueError(f"horizon_slots, beam, rounds and num_headings must be at least 1: {self}")
         if not self.speed_shares or not all(0.0 < share <= 1.0 for share in self.speed_shares):
             raise ValueError(f"speed_shares must lie in (0, 1] and not be empty: {self.speed_shares}")
-        if not 0.0 < self.discount <= 1.0 or min(self.leaf_weight, self.rebuilds) < 0.0 or self.cell_m <= 0.0:
-            raise ValueError(f"need 0 < discount <= 1, leaf_weight >= 0 and cell_m > 0: {self}")
+        if not 0.0 < self.discount <= 1.0 or min(self.leaf_weight, self.rebuilds, self.polish_sweeps, self.thrift) < 0.0 or self.cell_m <= 0.0:
+            raise ValueError(f"need 0 < discount <= 1, cell_m > 0 and nothing negative: {self}")
 
 
 def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
-    """What flies by default: fine headings for the paper's motion; with inertia, speeds to turn at as well.
+    """What flies by default. The paper's motion: coarse moves, polished to places between them, with so little thrift
+    that only the speed of otherwise equal plans depends on it. With inertia: speeds to turn at as well.
 
-    ``fast`` decides in a quarter of the time for a few per cent more AoI (figures in `docs/planner.md`).
+    ``fast`` decides in a third of the time for a few per cent more AoI (figures in `docs/planner.md`). Many UAVs get
+    a narrower search each, so that a decision keeps its time.
     """
-    inertia = math.isfinite(scenario.max_accel_mps2)
+    many = scenario.num_uavs > MANY_UAVS
+    if math.isfinite(scenario.max_accel_mps2):
+        if fast:
+            return SearchSettings(horizon_slots=10, beam=16, rebuilds=1, speed_shares=(0.6, 1.0))
+        return SearchSettings(beam=16 if many else 32, rebuilds=1 if many else 2, speed_shares=(5 / 9, 7 / 9, 1.0))
     if fast:
-        return SearchSettings(horizon_slots=10, beam=16, rebuilds=1, speed_shares=(0.6, 1.0) if inertia else (1.0,))
-    if inertia:
-        return SearchSettings(speed_shares=(5 / 9, 7 / 9, 1.0))
-    return SearchSettings(num_headings=32, beam=48)
+        return SearchSettings(horizon_slots=10, beam=12, rebuilds=1, polish_sweeps=3, thrift=THRIFT)
+    return SearchSettings(
+        beam=12 if many else 20, rebuilds=1 if many else 2, polish_sweeps=3 if many else 4, thrift=THRIFT
+    )
 
 
 def search_actions(scenario: Scenario, settings: SearchSettings) -> ActionSet:

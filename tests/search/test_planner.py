@@ -64,7 +64,7 @@ def price(problem: Problem, actions: np.ndarray) -> float:
             return math.inf
         state, outcome = step(place, state, joint, state.user_pos_enu_m)
         slot = np.mean(state.user_aoi_slots) - problem.prices.cover * np.mean(outcome.served)
-        total += how.discount**depth * float(slot + problem.prices.energy * np.sum(outcome.energy_j[:1]))
+        total += how.discount**depth * float(slot + problem.prices.energy * np.sum(outcome.energy_j))
     away_m = pairwise_distance_m(state.uav_pos_enu_m, state.user_pos_enu_m).min(axis=0)
     slots = np.maximum(away_m - place.serving_radius_m, 0.0) / (place.max_speed_mps * place.slot_s)
     wait = how.leaf_weight * np.mean(state.user_aoi_slots * slots)
@@ -97,7 +97,7 @@ def test_a_kept_plan_never_gets_worse(seed: int) -> None:
     how = replace(TINY, beam=2, horizon_slots=6, cell_m=200.0)
     problem = problem_of(place, state_of(place, seed), how)
     good = make_plan(problem_of(place, state_of(place, seed), replace(how, beam=60, cell_m=1.0)))
-    kept = make_plan(problem, good.actions)
+    kept = make_plan(problem, good.shifted(0))
     assert kept.value <= good.value + 1e-6
     assert kept.kept_value is not None
     assert kept.value - 1e-6 <= kept.kept_value <= good.value + 1e-6
@@ -226,7 +226,9 @@ def test_the_horizon_ends_with_the_campaign() -> None:
 def test_shifted_plans_end_open_and_bad_settings_are_refused() -> None:
     place = scenario()
     plan = make_plan(problem_of(place, state_of(place, 0)))
-    assert plan.shifted().tolist() == [[*plan.actions[0, 1:].tolist(), -1]]
+    kept = plan.shifted()
+    assert kept.actions.tolist() == [[*plan.actions[0, 1:].tolist(), -1]]
+    assert np.array_equal(kept.start_enu_m, plan.path_enu_m[:, 0])
     with pytest.raises(ValueError, match="forward"):
         plan.shifted(-1)
     for wrong in ({"beam": 0}, {"speed_shares": ()}, {"speed_shares": (1.5,)}, {"discount": 0.0}, {"rebuilds": -1}):
