@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from policy.agents.base import Decision
 from policy.mission_file import Mission
-from policy.world.arrays import FloatArray
+from policy.world.arrays import BoolArray, FloatArray
 from policy.world.metrics import Metrics
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState
@@ -229,6 +229,20 @@ class UserPlaces(Protocol):
 
     def positions(self, sample: int) -> FloatArray:
         """Sample ``sample`` (0 at the campaign's start, t+1 at the end of slot t): [M, 2] east, north metres."""
+
+
+@runtime_checkable
+class LivePlaces(UserPlaces, Protocol):
+    """People who report themselves: they join in flight, up to ``num_users``, and may tell what they uploaded.
+
+    ``positions`` is NaN for rows that nobody has taken yet.
+    """
+
+    def user_ids(self) -> tuple[str, ...]:
+        """Who has joined, by row: the first rows of all arrays."""
+
+    def take_receipts(self) -> tuple[BoolArray, BoolArray]:
+        """[M] who uploaded since the last call; [M] who ever sent a receipt: theirs count, not the channel model."""
 
 
 class PlanTicket(Protocol):

@@ -1,6 +1,15 @@
 #!/bin/sh
-# The browser tests drive Chromium. On Debian and Ubuntu it comes from the distribution; elsewhere say what is missing.
+# The browser tests drive Chromium, the store tests also run on PostgreSQL (they are skipped without it). On Debian and
+# Ubuntu both come from the distribution; elsewhere say what is missing.
 set -eu
+if ! ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 && ! command -v initdb >/dev/null 2>&1; then
+    if command -v apt-get >/dev/null 2>&1; then
+        root=""
+        [ "$(id -u)" = 0 ] || root="sudo -n"
+        { $root apt-get update -qq && $root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq postgresql >/dev/null; } ||
+            echo "PostgreSQL could not be installed: the store is tested on SQLite only" >&2
+    fi
+fi
 command -v chromium >/dev/null 2>&1 && exit 0
 if command -v apt-get >/dev/null 2>&1; then
     as_root=""

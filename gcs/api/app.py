@@ -8,7 +8,7 @@ from fastapi import FastAPI, Security
 from fastapi.security import HTTPBearer
 from starlette.types import Scope
 
-from gcs.api import page, problems
+from gcs.api import documentation, page, problems
 from gcs.api.auth import Door, Gatekeeper, Refusal
 from gcs.api.bodies import ProblemDocument
 from gcs.api.context import ApiContext
@@ -62,12 +62,13 @@ def create_app(
 ) -> FastAPI:
     """REST, WebSocket and page over a running flight. ``live`` is shared with who flies live users' campaigns."""
     context = ApiContext(control, store, settings, live or LiveCampaigns())
-    app = FastAPI(title="UAV crowdsensing ground control", version=settings.version, redoc_url=None)
+    app = FastAPI(title="UAV crowdsensing ground control", version=settings.version, docs_url=None, redoc_url=None)
     app.state.context = context
     app.state.snapshots = SnapshotSource(control, store.tail, context.catalog)
     app.state.metrics, app.state.stream_clients = new_registry(context)
     problems.install(app)
     _include_routes(app)
+    documentation.install(app)
     page.install(app, settings.dashboard)
     _add_layers(app, context)
     return app

@@ -15,12 +15,6 @@ PAGE_POLICY = (
     "frame-ancestors 'none'"
 )
 REPORT_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'none'; sandbox"
-DOCS_POLICY = (  # Swagger's page brings its script from a public place and starts it inline
-    "default-src 'self'; script-src 'self' 'unsafe-inline' https://cdn.jsdelivr.net; "
-    "style-src 'self' 'unsafe-inline' https://cdn.jsdelivr.net; img-src 'self' data: https://fastapi.tiangolo.com; "
-    "worker-src blob:; object-src 'none'; base-uri 'none'; frame-ancestors 'none'"
-)
-DOCS_PATHS = ("/docs", "/redoc")
 MAX_QUERY_BYTES = 8_192
 
 
@@ -45,7 +39,7 @@ class SafeHeaders:
 
 
 def _add_headers(headers: MutableHeaders, path: str) -> None:
-    headers.setdefault("content-security-policy", DOCS_POLICY if path in DOCS_PATHS else PAGE_POLICY)
+    headers.setdefault("content-security-policy", PAGE_POLICY)
     headers.setdefault("x-content-type-options", "nosniff")
     headers.setdefault("x-frame-options", "DENY")
     headers.setdefault("referrer-policy", "no-referrer")

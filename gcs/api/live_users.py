@@ -1,13 +1,14 @@
 """Where live users are: the newest fix of each, reported by phones over REST.
 
 Fixes come late, twice and out of order: a fix counts when it is newer than the one known. Users join in the order of
-their first fix. A campaign is flown for those who joined before its start: its arrays have one row a user from the
-first slot to the last.
+their first fix, in flight too: a campaign's arrays have a row for each user that the mission allows, and rows that
+nobody has taken do not count. A receipt counts in the slot in which it arrives; who ever sent one is judged by receipts
+alone.
 """
 
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -15,11 +16,12 @@ import numpy as np
 from gcs.ports import OperatorRequest, SlotRecord, UserPlaces
 from gcs.store.records import CampaignRecord
 from policy.mission_file import Mission
-from policy.world.arrays import FloatArray
+from policy.world.arrays import BoolArray, FloatArray
 from policy.world.frames import LocalFrame
 from policy.world.scenario import Scenario
 
 MAX_SKEW = timedelta(seconds=60)  # a phone's clock may be ahead of ours by so much
+MAX_LATE = timedelta(seconds=60)  # an older receipt tells nothing about the present slot; it is only recorded
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,9 @@ class LiveUsers:
         self._rows: dict[str, int] = {}
         self._times: dict[str, datetime] = {}
         self._pending_mb: dict[str, float] = {}
+        self._receipts: dict[str, datetime] = {}
+        self._uploaded = np.zeros(capacity, dtype=np.bool_)
+        self._tells = np.zeros(capacity, dtype=np.bool_)
 
     @property
     def capacity(self) -> int:
@@ -80,6 +85,22 @@ class LiveUsers:
         with self._lock:
             fates = [self._take(fix, now) for fix in fixes]
         return FixTally(**{fate: fates.count(fate) for fate in set(fates)})
+
+    def receive(self, user: str, time: datetime, now: datetime) -> bool:
+        """A receipt of an upload: False when it says nothing new (unknown user, twice, too old, from the future)."""
+        with self._lock:
+            row, known = self._rows.get(user), self._receipts.get(user)
+            if row is None or not now - MAX_LATE <= time <= now + MAX_SKEW or (known is not None and time <= known):
+                return False
+            self._receipts[user] = time
+            self._uploaded[row] = self._tells[row] = True
+            return True
+
+    def take_receipts(self) -> tuple[BoolArray, BoolArray]:
+        """[capacity] who uploaded since the last call, and who ever told."""
+        with self._lock:
+            uploaded, self._uploaded = self._uploaded, np.zeros_like(self._uploaded)
+            return uploaded, self._tells.copy()
 
     def bring_back(self, record: SlotRecord) -> None:
         """Take the rows over from a record; any new fix of a user counts."""
@@ -109,14 +130,26 @@ class LiveUsers:
 
 @dataclass(frozen=True)
 class Roster:
-    """The first ``num_users`` who joined, as ports.UserPlaces."""
+    """Live users as ports.LivePlaces."""
 
     users: LiveUsers
-    num_users: int
+
+    @property
+    def num_users(self) -> int:
+        """M: rows, taken or free."""
+        return self.users.capacity
 
     def positions(self, sample: int) -> FloatArray:
         """[M, 2] east, north metres, the newest known: a live user is only where he is now, whatever the sample."""
-        return self.users.places()[: self.num_users]
+        return self.users.places()
+
+    def user_ids(self) -> tuple[str, ...]:
+        """Who has joined, by row."""
+        return tuple(self.users.user_ids())
+
+    def take_receipts(self) -> tuple[BoolArray, BoolArray]:
+        """[M] each; see :meth:`LiveUsers.take_receipts`."""
+        return self.users.take_receipts()
 
 
 class LiveCampaigns:
@@ -135,14 +168,15 @@ class LiveCampaigns:
             return self._users[campaign_id]
 
     def enrol(self, request: OperatorRequest, scenario: Scenario) -> tuple[Scenario, tuple[str, ...], UserPlaces]:
-        """For the flight: who has joined when the campaign starts. Raises ValueError when nobody has."""
+        """For the flight: a row for each user that the mission allows. Raises ValueError while nobody has joined."""
         if request.campaign_id is None or request.mission is None:
             raise ValueError("a live campaign needs an id and a mission")
         users = self.users(request.campaign_id, request.mission)
         ids = tuple(users.user_ids())
         if not ids:
             raise ValueError("no user has sent a fix yet: post fixes before the start")
-        return replace(scenario, collect_mbps=scenario.collect_mbps[: len(ids)]), ids, Roster(users, len(ids))
+        free = ("",) * (users.capacity - len(ids))
+        return scenario, ids + free, Roster(users)
 
     def bring_back(self, record: CampaignRecord, mission: Mission, slots: Sequence[SlotRecord]) -> None:
         """After a restart: who took part, where they were at the end of the newest slot."""

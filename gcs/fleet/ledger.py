@@ -6,11 +6,13 @@ The same functions as in evaluation (``policy.world.transition.serve``), fed wit
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from gcs.ports import SlotRecord, UavSlot, UserPlaces, UserSlot
+from gcs.ports import LivePlaces, SlotRecord, UavSlot, UserPlaces, UserSlot
 from policy.world.arrays import Array, BoolArray, FloatArray
+from policy.world.freshness import INITIAL_AOI_SLOTS, next_aoi_slots, next_data_mb
 from policy.world.metrics import Metrics, campaign_metrics
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState, initial_state
@@ -44,7 +46,9 @@ class CampaignLedger:
         self._places = places
         self._user_ids = user_ids
         self._system_ids = system_ids
-        self._state = _with_fleet(initial_state(scenario, places.positions(0)), fleet, scenario)
+        self._live = places if isinstance(places, LivePlaces) else None
+        self._state = self._with_joined(_with_fleet(initial_state(scenario, self._places_at(0)), fleet, scenario))
+        self._present: list[BoolArray] = []
         self._aoi: list[FloatArray] = []
         self._data_mb: list[FloatArray] = []
         self._served: list[BoolArray] = []
@@ -53,19 +57,44 @@ class CampaignLedger:
         """Take the books over from ``records`` (slots 0, 1, 2 ... without a gap), in place of the opening state."""
         if [record.slot for record in records] != list(range(len(records))) or not records:
             raise ValueError(f"the records hold slots {[record.slot for record in records]}, not 0, 1, 2 ...")
-        for record in records[1:]:
-            self._places.positions(record.slot)  # a trace reveals one sample after the other
-            self._aoi.append(np.array([user.aoi_slots for user in record.users]))
-            self._data_mb.append(np.array([user.data_mb for user in record.users]))
-            self._served.append(np.array([user.served for user in record.users], dtype=np.bool_))
-        last = records[-1]
-        self._state = replace(
-            self._state,
-            slot=last.slot,
-            user_pos_enu_m=np.array([(user.east_m, user.north_m) for user in last.users]),
-            user_data_mb=np.array([user.data_mb for user in last.users]),
-            user_aoi_slots=np.array([user.aoi_slots for user in last.users]),
+        places_m, state = self._state.user_pos_enu_m, self._state
+        for record in records:
+            places_m = self._places_at(record.slot)  # a trace reveals one sample after the other
+            state = self._recorded(state, record)
+            if record.slot > 0:
+                self._aoi.append(state.user_aoi_slots)
+                self._data_mb.append(state.user_data_mb)
+                self._present.append(state.user_active)
+                self._served.append(self._column([user.served for user in record.users], False, np.bool_))
+        known = [(user.east_m, user.north_m) for user in records[-1].users]
+        places_m[: len(known)] = np.reshape(known, (-1, 2))
+        self._state = replace(state, user_pos_enu_m=places_m)
+
+    def _recorded(self, state: WorldState, record: SlotRecord) -> WorldState:
+        return replace(
+            state,
+            slot=record.slot,
+            user_data_mb=self._column([user.data_mb for user in record.users], 0.0, np.float64),
+            user_aoi_slots=self._column([user.aoi_slots for user in record.users], INITIAL_AOI_SLOTS, np.float64),
+            user_active=np.arange(self.scenario.num_users) < len(record.users),
         )
+
+    def _column(self, values: Sequence[float], rest: float, dtype: type) -> Any:
+        """[M]: rows of a record, and ``rest`` for who had not joined."""
+        return np.array([*values, *[rest] * (self.scenario.num_users - len(values))], dtype=dtype)
+
+    def _places_at(self, sample: int) -> FloatArray:
+        """[M, 2]; rows that nobody has taken lie in the middle, where they take no part."""
+        pos_m = np.array(self._places.positions(sample), dtype=np.float64)
+        if self._live is not None:
+            pos_m[np.isnan(pos_m).any(axis=-1)] = 0.5 * np.asarray(self.scenario.area.size_m)
+        return pos_m
+
+    def _with_joined(self, state: WorldState) -> WorldState:
+        """Live users take part from the slot that begins after their first fix, with AoI 1 and no data."""
+        if self._live is None:
+            return state
+        return replace(state, user_active=np.arange(self.scenario.num_users) < len(self._live.user_ids()))
 
     @property
     def slots_closed(self) -> int:
@@ -74,29 +103,62 @@ class CampaignLedger:
 
     def state(self, fleet: FleetState) -> WorldState:
         """What the policy may know at the start of the present slot: users up to the present sample only."""
-        self._state = _with_fleet(self._state, fleet, self.scenario)
+        self._state = self._with_joined(_with_fleet(self._state, fleet, self.scenario))
         return self._state
 
     def close_slot(self, fleet: FleetState) -> BoolArray:
         """The end of a slot: users at sample t+1, UAVs where they are now. Returns who was served, [M]."""
         before = self._state
-        next_pos_m = self._places.positions(before.slot + 1)
+        next_pos_m = self._places_at(before.slot + 1)
         (data_mb, aoi), served = serve(self.scenario, before, fleet.pos_enu_m, fleet.active, next_pos_m)
+        if self._live is not None:
+            data_mb, aoi, served = self._by_receipts(before, served)
         moved = replace(
             before, slot=before.slot + 1, user_pos_enu_m=next_pos_m, user_data_mb=data_mb, user_aoi_slots=aoi
         )
         self._state = _with_fleet(moved, fleet, self.scenario)
         self._aoi.append(aoi)
+        self._present.append(before.user_active)
         self._data_mb.append(data_mb)
         self._served.append(served)
         return np.asarray(served, dtype=np.bool_)
+
+    def _by_receipts(self, before: WorldState, served: BoolArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Data, AoI and success: told by receipts for who sends them, by the channel model (Eq. 1-3) for the rest."""
+        assert self._live is not None
+        uploaded, tells = self._live.take_receipts()
+        happened = np.where(tells, uploaded, served) & before.user_active
+        data_mb: FloatArray = next_data_mb(
+            before.user_data_mb, happened, np.asarray(self.scenario.collect_mbps), self.scenario.slot_s
+        )
+        aoi: FloatArray = next_aoi_slots(before.user_aoi_slots, happened)
+        keep: BoolArray = np.asarray(before.user_active, dtype=np.bool_)
+        return np.where(keep, data_mb, before.user_data_mb), np.where(keep, aoi, before.user_aoi_slots), happened
 
     def metrics(self, energy_used_j: FloatArray) -> Metrics | None:
         """Eq. 5-7 over the slots closed so far; None before the first."""
         if not self._aoi:
             return None
+        if not np.all(self._present):
+            return self._joined_metrics(energy_used_j)
         return campaign_metrics(
             self.scenario, np.stack(self._aoi), np.stack(self._data_mb), np.stack(self._served), energy_used_j
+        )
+
+    def _joined_metrics(self, energy_used_j: FloatArray) -> Metrics | None:
+        """Eq. 5-7 over the slots in which each user took part; None while nobody does."""
+        present = np.stack(self._present)
+        if not present.any():
+            return None
+        aoi, served = np.stack(self._aoi), np.stack(self._served)
+        offered_mb = self.scenario.slot_s * float(np.sum(present * np.asarray(self.scenario.collect_mbps)))
+        left_mb = float(np.sum(self._data_mb[-1][present[-1]]))
+        return Metrics(
+            episodic_aoi=float(np.mean(aoi[present])),
+            data_collection_ratio=1.0 - left_mb / offered_mb,
+            user_coverage=float(np.mean(served[present])),
+            energy_ratio=float(np.mean(energy_used_j)) / self.scenario.battery_j,
+            final_aoi=float(np.mean(aoi[-1][present[-1]])) if present[-1].any() else math.nan,
         )
 
     def record(self, time_s: float, fleet: FleetState, decision_ms: float | None) -> SlotRecord:
@@ -106,10 +168,16 @@ class CampaignLedger:
             slot=self._state.slot,
             time_s=time_s,
             uavs=tuple(self._uav_slot(i, fleet) for i in range(len(self._system_ids))),
-            users=_user_slots(self._user_ids, self._state, served),
+            users=_user_slots(self._ids(), self._state, served),
             metrics=self.metrics(fleet.energy_used_j),
             decision_ms=decision_ms,
         )
+
+    def _ids(self) -> tuple[str, ...]:
+        """Of the rows that take part."""
+        if self._live is None:
+            return self._user_ids
+        return self._live.user_ids()[: int(np.count_nonzero(self._state.user_active))]
 
     def _uav_slot(self, index: int, fleet: FleetState) -> UavSlot:
         east_mps, north_mps = (float(v) for v in fleet.vel_enu_mps[index])
@@ -131,7 +199,7 @@ def _user_slots(user_ids: tuple[str, ...], state: WorldState, served: Array) -> 
         state.user_aoi_slots.tolist(),
         state.user_data_mb.tolist(),
         np.asarray(served).tolist(),
-        strict=True,
+        strict=False,  # live users: one id for each row that is taken
     )
     return tuple(UserSlot(uid, pos[0], pos[1], aoi, data, hit) for uid, pos, aoi, data, hit in columns)
 

@@ -5,7 +5,7 @@ from enum import StrEnum
 from typing import Protocol
 
 from gcs.mission.script import Script
-from gcs.ports import CommandKind, CommandTicket, UavTrack, VehicleCommand, VehicleStatus, Verdict
+from gcs.ports import CommandKind, CommandTicket, FlightMode, UavTrack, VehicleCommand, VehicleStatus, Verdict
 
 
 class Control(StrEnum):
@@ -51,6 +51,7 @@ class Drone:
     halted: bool = False  # stopped by the emergency stop, to be regained
     reason: str = ""  # why it was released or sent home
     ticket: CommandTicket | None = None
+    ordering: CommandKind | None = None  # the order under way
     attempts: int = 0
     retry_at_s: float = 0.0
     verdicts: list[Verdict] = field(default_factory=list)  # answers that the log has not told yet
@@ -74,17 +75,23 @@ class Drone:
                 return None
             altitude_m = self.layer_alt_m if kind is CommandKind.TAKEOFF else None
             self.ticket = link.submit(VehicleCommand(kind, self.system_id, altitude_m), now_s)
-            self.attempts += 1
+            self.attempts, self.ordering = self.attempts + 1, kind
         verdict = self.ticket.verdict
         if verdict is None:
             return None
-        self.ticket = None
+        self.ticket = self.ordering = None
         self.verdicts.append(verdict)
         self.retry_at_s = now_s + pause_s  # also after a yes: it shows in a heartbeat only, once a second
         if verdict.accepted or self.attempts >= attempts:
             self.attempts = 0
             return verdict
         return None
+
+    @property
+    def obeys_already(self) -> bool:
+        """Its mode shows the landing or return that we ordered, before the answer was heard."""
+        ordered = self.ordering in {CommandKind.LAND, CommandKind.RETURN}
+        return ordered and self.status is not None and self.status.mode in {FlightMode.LAND, FlightMode.RETURN}
 
     def take_verdicts(self) -> list[Verdict]:
         """What the vehicle answered since the last call."""
@@ -93,4 +100,4 @@ class Drone:
 
     def forget_orders(self) -> None:
         """A new script begins with no order under way."""
-        self.ticket, self.attempts, self.retry_at_s = None, 0, 0.0
+        self.ticket, self.ordering, self.attempts, self.retry_at_s = None, None, 0, 0.0

@@ -274,7 +274,7 @@ class MissionManager:
 
     def _watch(self, campaign: Campaign, now_s: float) -> None:
         for drone in campaign.drones:
-            if drone.control is Control.GUIDED and not drone.halted:
+            if drone.control is Control.GUIDED and not drone.halted and not drone.obeys_already:
                 dropout = control_lost(drone.status, now_s)
                 if dropout is not None and now_s - self._stalled_s < STALL_MEMORY_S and is_stream_lost(drone.status):
                     self._regain(campaign, drone)

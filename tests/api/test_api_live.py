@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gcs.api.live_users import Fix, LiveCampaigns, LiveUsers
+from gcs.fleet.ledger import CampaignLedger, FleetState
 from gcs.ports import OperatorRequest, RequestKind
 from policy.mission_file import parse_mission
 from policy.world.frames import LocalFrame
@@ -45,7 +46,7 @@ def test_what_does_not_count_is_counted() -> None:
     assert (tally.accepted, tally.stale, tally.early, tally.outside, tally.full) == (1, 2, 1, 1, 1)
 
 
-def test_a_campaign_is_flown_for_those_who_joined_before_its_start() -> None:
+def test_users_join_before_the_start_and_after_it() -> None:
     mission, live = parse_mission(LIVE), LiveCampaigns()
     request = OperatorRequest(RequestKind.START, "ann", "c1", mission)
     with pytest.raises(ValueError, match="no user"):
@@ -54,8 +55,46 @@ def test_a_campaign_is_flown_for_those_who_joined_before_its_start() -> None:
     users.report([fix("a", 0), fix("b", 0)], NOW)
     scenario, ids, places = live.enrol(request, mission.scenario)
     users.report([fix("c", 0), fix("a", 1, 300.0)], NOW)
-    assert (scenario.num_users, ids, places.num_users) == (2, ("a", "b"), 2)
-    assert np.allclose(places.positions(5), [[50.0, 300.0], [50.0, 100.0]], atol=1e-6)
+    assert (scenario.num_users, ids, places.num_users) == (3, ("a", "b", ""), 3)
+    assert np.allclose(places.positions(5), [[50.0, 300.0], [50.0, 100.0], [50.0, 100.0]], atol=1e-6)
+
+
+def test_receipts_count_once_and_only_when_they_are_of_now() -> None:
+    users = LiveUsers(FRAME, (1000.0, 1000.0), 3)
+    users.report([fix("a", 0), fix("b", 0)], NOW)
+    told = [("a", 0), ("a", 0), ("a", -5), ("b", -61), ("b", 61), ("c", 0)]
+    assert [users.receive(user, NOW + timedelta(seconds=s), NOW) for user, s in told] == [True] + 5 * [False]
+    assert [list(column) for column in users.take_receipts()] == [[True, False, False]] * 2
+    assert [list(column) for column in users.take_receipts()] == [[False] * 3, [True, False, False]]
+
+
+def test_the_books_follow_who_joins_and_what_receipts_say() -> None:
+    """Row 0 is in reach and tells nothing, row 1 is in reach but says that nothing arrived, row 2 joins later."""
+    mission, live = parse_mission(LIVE), LiveCampaigns()
+    users = live.users("c1", mission)
+    users.report([fix("a", 0), fix("b", 0)], NOW)
+    scenario, ids, places = live.enrol(OperatorRequest(RequestKind.START, "ann", "c1", mission), mission.scenario)
+    here = FleetState(np.full((2, 2), (50.0, 100.0)), np.zeros((2, 2)), np.zeros(2), np.ones(2, dtype=np.bool_))
+    ledger = CampaignLedger(scenario, places, ids, (1, 2), here)
+    users.receive("b", NOW, NOW)
+    records = [ledger.record(0.0, here, None)]
+    for slot in range(1, 4):
+        if slot == 2:
+            users.report([fix("c", 5, 900.0)], NOW)
+        state = ledger.state(here)
+        assert list(state.user_active) == [True, True, slot >= 2]
+        ledger.close_slot(here)
+        records.append(ledger.record(15.0 * slot, here, None))
+    assert [[user.user_id for user in record.users] for record in records] == [["a", "b"]] * 2 + [["a", "b", "c"]] * 2
+    assert [[user.served for user in record.users] for record in records[1:]] == [
+        [True, True],
+        [True, False, False],
+        [True, False, False],
+    ]
+    assert [user.aoi_slots for user in records[-1].users] == [1.0, 3.0, 3.0]
+    again = CampaignLedger(scenario, places, ids, (1, 2), here)
+    again.reopen(records)
+    assert again.metrics(np.zeros(2)) == ledger.metrics(np.zeros(2))
 
 
 def test_fixes_and_receipts_over_rest(keyed: Server, operator: httpx.Client) -> None:

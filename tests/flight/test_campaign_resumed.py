@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fake_fleet import Ticket
 from test_campaign import SLOTS, Flight, ScriptedPlanner, StillUsers, square
 
 from gcs.flight_loop import FlightLoop
 from gcs.mission.manager import MissionManager
 from gcs.mission.resume import Resumption
-from gcs.ports import CampaignState, CommandKind, FlightMode, RequestKind
+from gcs.ports import CampaignState, CommandKind, FlightMode, RequestKind, VehicleCommand
 
 
 def restart(flight: Flight, away_s: float, *, going_home: str = "", stopped: bool = False) -> None:
@@ -149,3 +150,24 @@ def test_a_stall_of_our_own_machine_is_not_taken_for_a_pilot() -> None:
     flight.vehicles[0].mode, flight.vehicles[0].mode_name = FlightMode.PILOT, "POSCTL"
     flight.until(lambda s: "drone.regain" in flight.journal.kinds())
     check_end(flight)
+
+
+def test_a_landing_that_shows_before_its_answer_is_not_taken_for_a_pilots() -> None:
+    flight = Flight()
+    slow: list[tuple[Ticket, Ticket, float]] = []
+    at_once = flight.fleet.submit
+
+    def submit(command: VehicleCommand, now_s: float) -> Ticket:
+        answered = at_once(command, now_s)
+        if command.kind is not CommandKind.LAND:
+            return answered
+        slow.append((Ticket(None), answered, now_s + 1.0))  # the vehicle obeys now and answers a second later
+        return slow[-1][0]
+
+    flight.fleet.submit = submit
+    flight.start()
+    while flight.loop.tick().campaign.state is not CampaignState.DONE:
+        for ticket, answered, due_s in slow:
+            ticket.verdict = answered.verdict if flight.fleet.now_s() >= due_s else None
+    assert "drone.release" not in flight.journal.kinds()
+    assert not any(vehicle.armed for vehicle in flight.vehicles)

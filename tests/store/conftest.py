@@ -1,4 +1,4 @@
-"""A store on SQLite, and on PostgreSQL where one is up (UCS_POSTGRES_URL)."""
+"""A store on SQLite, and on PostgreSQL: UCS_POSTGRES_URL, or a server of our own where its programs are installed."""
 
 import os
 import secrets
@@ -7,23 +7,35 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from postgres_server import is_installed, postgres_server
 from sqlalchemy import create_engine
 
 from gcs.store.store import Store, open_store
 from policy.mission_file import Mission, UserSource
 from policy.world.scenario import Area, Scenario
 
-POSTGRES_URL = os.environ.get("UCS_POSTGRES_URL")
+
+@pytest.fixture(scope="session")
+def postgres_url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """A server to make databases on."""
+    given = os.environ.get("UCS_POSTGRES_URL")
+    if given:
+        yield given
+        return
+    if not is_installed():
+        pytest.skip("no PostgreSQL: install Debian's package postgresql, or set UCS_POSTGRES_URL")
+    with postgres_server() as url:
+        yield url
 
 
-@pytest.fixture(params=["sqlite", *(["postgres"] if POSTGRES_URL else [])])
+@pytest.fixture(params=["sqlite", pytest.param("postgres", marks=pytest.mark.postgres)])
 def store_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     """A database of its own for each test."""
     if request.param == "sqlite":
         yield f"sqlite:///{tmp_path / 'store.sqlite3'}"
         return
     name = f"ucs_test_{secrets.token_hex(6)}"
-    admin = create_engine(POSTGRES_URL or "", isolation_level="AUTOCOMMIT")
+    admin = create_engine(request.getfixturevalue("postgres_url"), isolation_level="AUTOCOMMIT")
     with admin.connect() as connection:
         connection.exec_driver_sql(f"CREATE DATABASE {name}")
     yield admin.url.set(database=name).render_as_string(hide_password=False)

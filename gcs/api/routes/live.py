@@ -36,9 +36,10 @@ def uploads(
     context: Context,
     who: Who,
 ) -> UploadsTaken:
-    """A batch of receipts of successful uploads."""
-    _live_users(context, campaign_id)
-    for receipt in body:
+    """A batch of receipts of successful uploads: whoever sends them is judged by them and not by the channel model."""
+    users, now = _live_users(context, campaign_id), datetime.now(UTC)
+    for receipt in sorted(body, key=lambda one: one.time):
+        users.receive(receipt.user, receipt.time, now)
         context.store.journal.put(UploadEntry(campaign_id, receipt.user, receipt.time, receipt.uploaded_mb))
     context.audit(who.name, "live.uploads", f"{len(body)} upload receipts", campaign_id=campaign_id)
     return UploadsTaken(accepted=len(body))
