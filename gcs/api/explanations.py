@@ -37,7 +37,7 @@ class UavExplanation(View):
     """One UAV's share of the decision; lists are empty where the policy does not tell."""
 
     system_id: int
-    path_m: list[tuple[float, float]]  # planned beyond this slot
+    path_m: list[tuple[float, float]]  # planned: ends of this slot and the next ones
     alternatives: list[AlternativeView]
     relations: list[RelationView]
 

@@ -151,6 +151,15 @@ class SnapshotMessage(Message):
     campaign: CampaignView | None
 
 
+class DeltaMessage(Message):
+    """What changed since the last snapshot or delta of this connection, for clients that asked for ``deltas``."""
+
+    type: Literal["delta"] = "delta"
+    changed: dict[str, Any]  # fields of the snapshot itself
+    vehicles: list[dict[str, Any]]  # ``system_id`` and the fields that changed
+    campaign: dict[str, Any]  # fields of the campaign
+
+
 class EventMessage(Message):
     """Something that happened; ``sequence`` grows by one an event, gaps mean that this client was too slow."""
 
@@ -198,6 +207,7 @@ class Subscribe(Message):
     type: Literal["subscribe"]
     rate_hz: float = Field(default=5.0, ge=0.1, le=20.0, allow_inf_nan=False)
     topics: list[Topic] = Field(default=["snapshot", "events"], max_length=2)
+    deltas: bool = False  # whole snapshots only when the fleet or the campaign is another one; no explanation
 
 
-ServerMessage = HelloMessage | CampaignMessage | SnapshotMessage | EventMessage | ProblemMessage
+ServerMessage = HelloMessage | CampaignMessage | SnapshotMessage | DeltaMessage | EventMessage | ProblemMessage

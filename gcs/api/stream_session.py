@@ -4,13 +4,15 @@ There is no queue. Each step takes the newest snapshot and the events after the 
 snapshots, sees gaps in the events' numbers when it is slower than the tail, and holds up nobody.
 """
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 from pydantic import ValidationError
 
 from gcs.api.auth import Actor
+from gcs.api.deltas import delta, told
 from gcs.api.schemas import (
     CampaignMessage,
     CampaignStatic,
@@ -74,6 +76,7 @@ class StreamSession:
     wish: Subscribe
     _told_campaign: str | None = None
     _told_users: tuple[str, int] | None = None
+    _base: dict[str, Any] | None = None  # the snapshot that a client of deltas has
     _told_event: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -118,7 +121,16 @@ class StreamSession:
         campaign = self._new_campaign(message)
         if campaign is not None:
             yield _json(CampaignMessage(campaign=campaign))
-        yield _json(self._with_users(message, users))
+        yield self._told(self._with_users(message, users))
+
+    def _told(self, message: SnapshotMessage) -> str:
+        """Whole, or what changed since the last one."""
+        if not self.wish.deltas:
+            self._base = None
+            return _json(message)
+        before, self._base = self._base, told(message)
+        change = delta(before, self._base)
+        return json.dumps(self._base, separators=(",", ":"), allow_nan=False) if change is None else _json(change)
 
     def _new_campaign(self, message: SnapshotMessage) -> CampaignStatic | None:
         campaign_id = None if message.campaign is None else message.campaign.campaign_id

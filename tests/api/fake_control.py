@@ -83,7 +83,7 @@ class FakeControl:
     def tick(self) -> None:
         """A tick of the loop."""
         with self._lock:
-            self._publish(replace(self._snapshot, time_s=self._snapshot.time_s + 0.1))
+            self.publish(replace(self._snapshot, time_s=self._snapshot.time_s + 0.1))
 
     def end_slot(self, slot: int) -> SlotRecord:
         """The campaign comes to the end of a slot."""
@@ -106,7 +106,7 @@ class FakeControl:
             case RequestKind.COMMAND:
                 return self._command(request)
             case RequestKind.EMERGENCY_STOP | RequestKind.RESET_STOP:
-                self._publish(replace(self._snapshot, stopped=request.kind is RequestKind.EMERGENCY_STOP))
+                self.publish(replace(self._snapshot, stopped=request.kind is RequestKind.EMERGENCY_STOP))
                 return RequestOutcome(True)
             case RequestKind.ABORT if state in ABORTABLE:
                 self._change(state=CampaignState.RECOVERING)
@@ -127,7 +127,7 @@ class FakeControl:
         campaign = CampaignSnapshot(
             campaign_id, mission.name, mission.policy, CampaignState.FLYING, 0, 4, 15.0, 0.0, plans=(plan,)
         )
-        self._publish(replace(self._snapshot, campaign=campaign))
+        self.publish(replace(self._snapshot, campaign=campaign))
         return RequestOutcome(True)
 
     def _command(self, request: OperatorRequest) -> RequestOutcome:
@@ -141,7 +141,8 @@ class FakeControl:
 
     def _change(self, **changes: Any) -> None:
         assert self._snapshot.campaign is not None
-        self._publish(replace(self._snapshot, campaign=replace(self._snapshot.campaign, **changes)))
+        self.publish(replace(self._snapshot, campaign=replace(self._snapshot.campaign, **changes)))
 
-    def _publish(self, snapshot: FlightSnapshot) -> None:
+    def publish(self, snapshot: FlightSnapshot) -> None:
+        """The newest."""
         self._snapshot = replace(snapshot, tick=self._snapshot.tick + 1)

@@ -13,6 +13,7 @@ from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_play
 from gcs.store.store import open_store
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tests" / "api"))  # the large fleet is theirs
 SHOTS = ROOT / "artifacts"
 FLAGS = (
     "--no-sandbox",

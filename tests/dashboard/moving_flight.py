@@ -122,7 +122,7 @@ def reasons(record: SlotRecord) -> dict[str, Any]:
     uavs = [
         {
             "uav": index,
-            "path_enu_m": [[uav.east_m, uav.north_m], [uav.east_m + 150.0, uav.north_m]],
+            "path_enu_m": [[uav.east_m + 150.0, uav.north_m], [uav.east_m + 300.0, uav.north_m]],
             "alternatives": [
                 {"heading_deg": 45.0 * k, "speed_mps": 18.0, "value": 12.0 + 0.3 * k, "worse_by": 0.3 * k}
                 for k in range(1, 7)

@@ -9,6 +9,7 @@ from moving_flight import MovingFlight
 
 from gcs.api.app import create_app
 from gcs.api.settings import ApiSettings
+from gcs.ports import FlightControl
 from gcs.store.store import Store
 
 PAGE = Path(__file__).resolve().parents[2] / "gcs" / "dashboard"
@@ -18,9 +19,10 @@ KEY = "operator-key-of-the-test"
 class Desk:
     """The server's side: stopped and started again on the same port, as after a crash."""
 
-    def __init__(self, store: Store) -> None:
+    def __init__(self, store: Store, control: FlightControl | None = None) -> None:
         self.store = store
         self.flight = MovingFlight(store.journal)
+        self._control = control or self.flight
         self._port = 0
         self._server: uvicorn.Server | None = None
         self._thread: threading.Thread | None = None
@@ -33,7 +35,7 @@ class Desk:
         listener = socket.create_server(("127.0.0.1", self._port))
         self._port = listener.getsockname()[1]
         settings = ApiSettings(host="127.0.0.1", one_time_key=KEY, dashboard=PAGE / "dist")
-        app = create_app(self.flight, self.store, settings)
+        app = create_app(self._control, self.store, settings)
         config = uvicorn.Config(
             app, log_config=None, ws="websockets-sansio", lifespan="off", timeout_graceful_shutdown=1
         )

@@ -12,6 +12,7 @@ from gcs.api.bodies import EventView
 from gcs.api.context import ApiContext, Context
 from gcs.api.guards import REPORT_POLICY
 from gcs.api.problems import Problem
+from gcs.api.report_facts import foretold, violations_of
 from gcs.api.routes.campaigns import CampaignId, require, state_of
 from gcs.ports import Event, Severity, SlotRecord
 from gcs.report import Provenance, ReportData, render_page
@@ -65,14 +66,19 @@ def _document(context: ApiContext, record: CampaignRecord, slots: Sequence[SlotR
 def _report_data(context: ApiContext, record: CampaignRecord, slots: Sequence[SlotRecord]) -> ReportData:
     if not slots:
         raise Problem(409, f"campaign {record.id} has not flown a slot yet: there is nothing to draw")
+    mission = context.catalog.mission(record)
+    events = tuple(_event(event) for event in _events(context, record))
     return ReportData(
         name=record.name,
         policy=record.policy,
-        scenario=context.catalog.mission(record).scenario,
+        scenario=mission.scenario,
         records=tuple(slots),
-        events=tuple(_event(event) for event in _events(context, record)),
+        comparison=foretold(context.dry_runs.forecast_for(dict(record.document))),
+        events=events,
+        violations=violations_of(events),
         provenance=Provenance(
             mission=record.document,
+            checkpoint=mission.checkpoint or "",
             versions={"gcs": context.settings.version},
             begun_utc=record.created_at.isoformat(timespec="seconds"),
         ),

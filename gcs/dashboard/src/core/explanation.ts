@@ -16,7 +16,7 @@ export interface Relation {
 
 export interface UavExplanation {
   system_id: number;
-  path_m: Pair[];
+  path_m: Pair[]; // ends of this slot and the next ones
   alternatives: Alternative[];
   relations: Relation[];
 }

@@ -3,6 +3,7 @@
 import { batch, computed, signal } from "@preact/signals";
 
 import { allAlerts } from "./alerts";
+import { merged } from "./delta";
 import { linkState } from "./freshness";
 import type { Explanation } from "./explanation";
 import { forecastPoints, type Forecast } from "./forecast";
@@ -69,6 +70,9 @@ export function receive(message: ServerMessage, atMs: number): void {
         break;
       case "snapshot":
         takeSnapshot(message);
+        break;
+      case "delta":
+        if (snapshot.value !== null) takeSnapshot(merged(snapshot.value, message));
         break;
       case "event":
         takeEvent(message);

@@ -37,7 +37,7 @@ export class Stream {
     this.socket = socket;
     socket.onopen = () => {
       this.failures = 0;
-      socket.send(JSON.stringify({ type: "subscribe", rate_hz: RATE_HZ, topics: ["snapshot", "events"] }));
+      socket.send(JSON.stringify({ type: "subscribe", rate_hz: RATE_HZ, topics: ["snapshot", "events"], deltas: true }));
       this.handlers.opened();
     };
     socket.onmessage = (event: MessageEvent<string>) => this.handlers.message(JSON.parse(event.data) as ServerMessage);

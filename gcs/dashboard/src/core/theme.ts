@@ -6,7 +6,17 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 
 /** Changes when the system goes from light to dark or back. */
 export const scheme = signal(dark.matches ? "dark" : "light");
-dark.addEventListener("change", () => (scheme.value = dark.matches ? "dark" : "light"));
+const known = new Map<string, string>();
+dark.addEventListener("change", () => {
+  known.clear(); // before anybody who waits for the scheme asks anew
+  scheme.value = dark.matches ? "dark" : "light";
+});
 
-export const color = (token: string): string =>
-  getComputedStyle(document.documentElement).getPropertyValue(`--${token}`).trim();
+/** Kept: a hundred drones ask for their colours with every picture. */
+export function color(token: string): string {
+  const before = known.get(token);
+  if (before !== undefined) return before;
+  const value = getComputedStyle(document.documentElement).getPropertyValue(`--${token}`).trim();
+  known.set(token, value);
+  return value;
+}

@@ -116,6 +116,13 @@ export interface SnapshotMessage {
 
 export type Severity = "info" | "caution" | "warning";
 
+export interface DeltaMessage {
+  type: "delta";
+  changed: Record<string, unknown>;
+  vehicles: Record<string, unknown>[];
+  campaign: Record<string, unknown>;
+}
+
 export interface EventMessage {
   type: "event";
   sequence: number;
@@ -149,4 +156,4 @@ export interface ProblemMessage {
   detail: string;
 }
 
-export type ServerMessage = HelloMessage | CampaignMessage | SnapshotMessage | EventMessage | ProblemMessage;
+export type ServerMessage = HelloMessage | CampaignMessage | SnapshotMessage | DeltaMessage | EventMessage | ProblemMessage;

@@ -80,7 +80,7 @@ export class Overlay {
 
   /** From the chosen drone: lines to whom it attends to, its plan, and its alternatives with what they would cost. */
   private drawWhy(context: CanvasRenderingContext2D, campaign: CampaignStatic): void {
-    const { why, users, vehicles } = this.moving;
+    const { why, users, vehicles, plans } = this.moving;
     const drone = placed(vehicles).find((vehicle) => vehicle.system_id === why?.system_id);
     if (why === null || drone === undefined) return;
     const here: Pair = [drone.east_m, drone.north_m];
@@ -89,8 +89,8 @@ export class Overlay {
       this.line(context, [here, toM], "why", 1 + 4 * strength, []);
     }
     context.globalAlpha = 1;
-    this.line(context, why.path_m, "plan", 1.6, [2, 5]);
-    const from = why.path_m[0] ?? here;
+    const from = plans.find((plan) => plan.system_id === why.system_id)?.path_m[0] ?? here; // where the slot began
+    this.line(context, [from, ...why.path_m], "plan", 1.6, [2, 5]);
     for (const other of bestAlternatives(why)) {
       const end = moveEndM(from, other, campaign.slot_s);
       this.line(context, [from, end], "drone-stale", 1.6, [3, 3]);

@@ -16,7 +16,8 @@ export function Why({ id }: { id: number }) {
         <b>Why</b> {why.policy} flies {fixed(plan.heading_deg, 0, "°")} at {fixed(plan.speed_mps, 1, " m/s")} in slot {why.slot}
         {why.horizon_slots !== null && <span class="note"> · looks {why.horizon_slots} slots ahead</span>}
       </p>
-      {others.length === 0 && uav.relations.length === 0 && <p class="note">This policy gives no reasons.</p>}
+      {others.length === 0 && uav.relations.length === 0 && why.horizon_slots === null && <p class="note">This policy gives no reasons.</p>}
+      {others.length === 0 && why.horizon_slots !== null && <p class="note">Every plan that was weighed in the end begins with this move.</p>}
       {others.length > 0 && (
         <table>
           <caption class="note">Instead, and what it would cost (AoI, slots)</caption>

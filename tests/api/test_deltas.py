@@ -1,0 +1,92 @@
+"""A client of deltas knows what a client of snapshots knows, for less."""
+
+import copy
+import json
+from typing import Any
+
+import pytest
+from fleet_at_work import RATE_HZ, fleet_snapshot
+from test_stream_session import Client
+
+from gcs.api.deltas import delta, told
+from gcs.api.schemas import SnapshotMessage
+from gcs.api.views import snapshot_message
+from policy.world.frames import LocalFrame
+
+FRAME = LocalFrame(47.396, 8.54)
+LIMIT_BYTES_A_S = 200_000
+
+
+def message(tick: int, **size: int) -> SnapshotMessage:
+    return snapshot_message(fleet_snapshot(tick, **size), healthy=True, frame=FRAME, verdicts={})
+
+
+def applied(before: dict[str, Any], change: dict[str, Any]) -> dict[str, Any]:
+    """As the page does it."""
+    now = copy.deepcopy(before) | change["changed"]
+    by_id = {one["system_id"]: one for one in change["vehicles"]}
+    now["vehicles"] = [one | by_id.get(one["system_id"], {}) for one in now["vehicles"]]
+    now["campaign"] = now["campaign"] and now["campaign"] | {"users": None} | change["campaign"]
+    return now
+
+
+def test_deltas_add_up_to_the_snapshot() -> None:
+    known = told(message(0, vehicles=5, users=3))
+    for tick in (1, 2, 74, 75, 76):
+        now = told(message(tick, vehicles=5, users=3))
+        change = delta(known, now)
+        assert change is not None
+        known = applied(known, json.loads(change.model_dump_json()))
+        assert known == now
+
+
+def test_nothing_new_says_nothing() -> None:
+    same = told(message(3, vehicles=4, users=2))
+    change = delta(same, same)
+    assert change is not None
+    assert (change.changed, change.vehicles, change.campaign) == ({}, [], {})
+
+
+def test_another_fleet_or_campaign_takes_a_whole_snapshot() -> None:
+    now = told(message(1, vehicles=4, users=2))
+    assert delta(None, now) is None
+    assert delta(told(message(0, vehicles=3, users=2)), now) is None
+    assert delta(now | {"campaign": None}, now) is None
+
+
+def test_places_are_told_to_a_centimetre_and_reasons_are_left_to_their_route() -> None:
+    whole = told(message(1, vehicles=1, users=1))
+    (vehicle,) = whole["vehicles"]
+    exact = message(1, vehicles=1, users=1).vehicles[0]
+    assert exact.lat_deg is not None
+    assert vehicle["lat_deg"] == pytest.approx(exact.lat_deg, abs=6e-8)
+    assert vehicle["east_m"] == pytest.approx(exact.east_m, abs=0.006)
+    assert whole["campaign"]["explanation"] == {}
+
+
+def test_a_session_tells_whole_snapshots_unless_asked_for_deltas() -> None:
+    client = Client(deltas=True)
+    client.start("c1")
+    kinds = []
+    for _ in range(3):
+        kinds.append([one["type"] for one in client.step()])
+        client.control.tick()
+    assert kinds == [["campaign", "snapshot"], ["delta"], ["delta"]]
+    assert client.session.hear('{"type": "subscribe"}') is None
+    assert [one["type"] for one in client.step()] == ["snapshot"]
+    assert client.session.hear('{"type": "subscribe", "deltas": true}') is None
+    assert [one["type"] for one in client.step()] == ["snapshot"]
+
+
+def test_a_hundred_vehicles_and_two_thousand_users_stay_below_200_kb_a_second() -> None:
+    ticks = int(15 * RATE_HZ)  # a slot, in which users are told once
+    client = Client(deltas=True)
+    client.control.publish(fleet_snapshot(0))
+    list(client.session.step())
+    sent = 0
+    for tick in range(1, ticks + 1):
+        client.control.publish(fleet_snapshot(tick))
+        sent += sum(len(text.encode()) for text in client.session.step())
+    rate = sent / ticks * RATE_HZ
+    print(f"{rate / 1000:.0f} kB/s")
+    assert rate < LIMIT_BYTES_A_S
