@@ -20,6 +20,7 @@ from gcs.cli.errors import UsageError, complain
 from gcs.cli.flight_log import FlightLog
 from gcs.cli.flight_results import FlownCampaign, print_table, random_beside, trajectory_rows, write_report
 from gcs.cli.mock_fleet import MockOptions, mock_fleet
+from gcs.cli.preflight import preflight
 from gcs.clock import ClockError, LockstepClock, RealClock
 from gcs.flight_loop import FlightLoop
 from gcs.links.pymavlink_link import PymavlinkFleetLink
@@ -106,7 +107,7 @@ def _fly(args: argparse.Namespace) -> int:
             key = f"operator key {page.settings.one_time_key}"
             progress.console.print(f"page: {page.address}  {key}", highlight=False, markup=False, soft_wrap=True)
         begun, begun_s = dt.datetime.now(dt.UTC), time.monotonic()
-        last = _run(loop, order, progress)
+        last = _run(loop, order, progress, log.tell)
         assert last.campaign is not None
         flown = FlownCampaign(
             mission=mission,
@@ -148,9 +149,10 @@ def _keep(loop: FlightLoop, args: argparse.Namespace, address: str) -> None:
         return
 
 
-def _run(loop: FlightLoop, order: CampaignOrder, progress: Progress) -> FlightSnapshot:
+def _run(loop: FlightLoop, order: CampaignOrder, progress: Progress, tell: Callable[[str], None]) -> FlightSnapshot:
     """Fly to the end; Ctrl-C brings everyone down first."""
     bar = progress.add_task("launching", total=order.scenario.slots)
+    preflight(loop, order, tell)
     loop.start(order, "gcs fly")
     show = _bar(progress, bar)
     try:

@@ -55,6 +55,7 @@ class PymavlinkFleetLink:
         self._routes: dict[int, _Route] = {}
         self._losses: dict[int, LossMeter] = {}
         self._notices: list[str] = []
+        self._conflicts: dict[int, str] = {}
         self._refused: set[tuple[int, str, Peer]] = set()
         self._heartbeat_due_s = float("-inf")
 
@@ -68,7 +69,11 @@ class PymavlinkFleetLink:
     def vehicles(self) -> Mapping[int, VehicleStatus]:
         """Newest status by system id."""
         return {
-            system_id: replace(session.status, loss_ratio=self._losses[system_id].ratio)
+            system_id: replace(
+                session.status,
+                loss_ratio=self._losses[system_id].ratio,
+                conflict=self._conflicts.get(system_id, ""),
+            )
             for system_id, session in self._sessions.items()
         }
 
@@ -160,6 +165,7 @@ class PymavlinkFleetLink:
             return False
         if route is not None and elsewhere and now_s - route.heard_s < CONFLICT_S:
             self._refuse(system_id, transport, peer, f"that id already flies at {route.transport.address}")
+            self._conflicts[system_id] = f"a second vehicle at {transport.address} has the same system id; change one"
             return False
         if route is None or elsewhere:
             self._routes[system_id] = _Route(transport, peer, now_s)
