@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from gcs.mission.manager import MissionManager, Refused
 from gcs.mission.order import CampaignOrder
+from gcs.mission.preflight import Line, check_fleet, red_lines
 from gcs.mission.resume import Resumption
 from gcs.ports import (
     CommandKind,
@@ -210,6 +211,7 @@ class FlightLoop:
             return self._command(job, now_s)
         if request.kind is RequestKind.START:
             assert job.order is not None
+            self._preflight(job.order, request, now_s)
             manager.start(job.order, now_s, request.actor)
         elif request.kind is RequestKind.EMERGENCY_STOP:
             manager.stop(now_s, request.actor)
@@ -224,6 +226,23 @@ class FlightLoop:
             }
             actions[request.kind](now_s, request.actor)
         return RequestOutcome(True)
+
+    def _preflight(self, order: CampaignOrder, request: OperatorRequest, now_s: float) -> None:
+        """No start while a line is red, unless an admin overrides it, which is recorded."""
+        red = red_lines(self.preflight(order, now_s))
+        if not red:
+            return
+        words = "; ".join(line.words() for line in red)
+        if not request.override:
+            raise Refused(f"pre-flight: {words}")
+        event = Event(now_s, "preflight.overridden", f"pre-flight overridden by {request.actor}: {words}",
+                      Severity.WARNING, request.campaign_id, None, request.actor)  # fmt: skip
+        self._journal.record(event)
+
+    def preflight(self, order: CampaignOrder, now_s: float) -> tuple[Line, ...]:
+        """The checklist for a campaign, as of now."""
+        reserve = order.settings.battery_reserve
+        return check_fleet(order.scenario, order.system_ids, self._link.vehicles(), now_s, reserve)
 
     def _check_campaign(self, request: OperatorRequest) -> None:
         campaign = self._manager.campaign

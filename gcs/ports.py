@@ -79,6 +79,10 @@ class VehicleStatus:
     address: str = ""
     texts: tuple[str, ...] = ()  # newest STATUSTEXTs, oldest first
     limits: VehicleLimits = field(default_factory=VehicleLimits)
+    parameters: Mapping[str, float] = field(default_factory=dict)  # those that were asked for and came
+    parameters_settled: bool = False  # each has come or was asked for in vain
+    conflict: str = ""  # another vehicle uses the same system id
+    latency_s: float | None = None  # round trip by TIMESYNC, smoothed
 
 
 STALE_AFTER_S = 1.0  # PX4's COM_OF_LOSS_T: an older position is no base for a velocity
@@ -476,6 +480,7 @@ class OperatorRequest:
     campaign_id: str | None = None
     mission: Mission | None = None  # with START
     command: VehicleCommand | None = None  # with COMMAND
+    override: bool = False  # with START: an admin takes off in spite of red pre-flight lines
 
 
 @dataclass(frozen=True)

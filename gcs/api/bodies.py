@@ -110,6 +110,22 @@ class Taken(View):
     state: str | None = None
 
 
+class PreflightLine(View):
+    """One check of one vehicle; ``grade`` ok, caution or red, and only red forbids the start."""
+
+    system_id: int
+    check: str
+    grade: Literal["ok", "caution", "red"]
+    reason: str
+
+
+class PreflightView(View):
+    """The checklist of a campaign's fleet."""
+
+    ok: bool
+    lines: list[PreflightLine]
+
+
 class VerdictBody(View):
     """The vehicle's own answer, with its words."""
 

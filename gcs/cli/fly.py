@@ -20,9 +20,11 @@ from gcs.cli.errors import UsageError, complain
 from gcs.cli.flight_log import FlightLog
 from gcs.cli.flight_results import FlownCampaign, print_table, random_beside, trajectory_rows, write_report
 from gcs.cli.mock_fleet import MockOptions, mock_fleet
+from gcs.cli.preflight import preflight
 from gcs.clock import ClockError, LockstepClock, RealClock
 from gcs.flight_loop import FlightLoop
 from gcs.links.pymavlink_link import PymavlinkFleetLink
+from gcs.links.tlog import TlogRecorder
 from gcs.mission.order import CampaignOrder
 from gcs.mission.states import FINAL
 from gcs.ports import CampaignState, FlightClock, FlightSnapshot, OperatorRequest, RequestKind
@@ -56,6 +58,7 @@ def add_fly_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser
     add("--report", type=Path, metavar="DIR", help="write a report page with its data")
     add("--json", type=Path, metavar="FILE", help="write the result object")
     add("--trajectory", type=Path, metavar="FILE", help="write where everyone was after each slot (CSV)")
+    add("--tlog", type=Path, metavar="DIR", help="record every link (.tlog, opens in QGroundControl and MAVProxy)")
     add("--serve", nargs="?", const="127.0.0.1:8080", metavar="HOST:PORT", help="show the flight on a page meanwhile")
     add("--keep", action="store_true", help="with --serve: leave the page up after the flight")
     fly.set_defaults(run=run_fly)
@@ -106,7 +109,7 @@ def _fly(args: argparse.Namespace) -> int:
             key = f"operator key {page.settings.one_time_key}"
             progress.console.print(f"page: {page.address}  {key}", highlight=False, markup=False, soft_wrap=True)
         begun, begun_s = dt.datetime.now(dt.UTC), time.monotonic()
-        last = _run(loop, order, progress)
+        last = _run(loop, order, progress, log.tell)
         assert last.campaign is not None
         flown = FlownCampaign(
             mission=mission,
@@ -148,9 +151,10 @@ def _keep(loop: FlightLoop, args: argparse.Namespace, address: str) -> None:
         return
 
 
-def _run(loop: FlightLoop, order: CampaignOrder, progress: Progress) -> FlightSnapshot:
+def _run(loop: FlightLoop, order: CampaignOrder, progress: Progress, tell: Callable[[str], None]) -> FlightSnapshot:
     """Fly to the end; Ctrl-C brings everyone down first."""
     bar = progress.add_task("launching", total=order.scenario.slots)
+    preflight(loop, order, tell)
     loop.start(order, "gcs fly")
     show = _bar(progress, bar)
     try:
@@ -219,9 +223,14 @@ def _fleet(args: argparse.Namespace, mission: Mission, drones: Mapping[int, str 
         if not addresses:
             yield _mock_fleet(args, mission, stack)
             return
-        link = PymavlinkFleetLink(list(addresses), expected=addresses)
+        link = PymavlinkFleetLink(list(addresses), addresses, _recorder(args, stack))
         stack.callback(link.close)
         yield _Fleet(RealClock(args.speedup), link)
+
+
+def _recorder(args: argparse.Namespace, stack: ExitStack) -> TlogRecorder | None:
+    """A flight clock begins at its own zero; the log says when that was."""
+    return stack.enter_context(TlogRecorder(args.tlog, time.time())) if args.tlog is not None else None
 
 
 def _mock_fleet(args: argparse.Namespace, mission: Mission, stack: ExitStack) -> _Fleet:
@@ -231,7 +240,7 @@ def _mock_fleet(args: argparse.Namespace, mission: Mission, stack: ExitStack) ->
     extra = ("--wind-ms", args.wind_ms) if args.wind_ms else ()
     home = (lat_deg, lon_deg, GROUND_AMSL_M)
     mock = stack.enter_context(mock_fleet(MockOptions(scenario.num_uavs, home, args.flavour, extra)))
-    link = PymavlinkFleetLink(list(mock.drones), expected=mock.drones)
+    link = PymavlinkFleetLink(list(mock.drones), mock.drones, _recorder(args, stack))
     stack.callback(link.close)
     clock = LockstepClock(mock.clock, args.speedup)
     stack.callback(clock.close)

@@ -16,8 +16,8 @@ MAX_REQUESTS: Final = 5
 _STANDARD_GRAVITY_MPS2: Final = 9.80665
 
 WANTED: Final[dict[str, tuple[str, ...]]] = {
-    PX4: ("MPC_XY_VEL_MAX", "MPC_ACC_HOR", "COM_OF_LOSS_T"),
-    ARDUPILOT: ("WPNAV_ACCEL", "ANGLE_MAX", "GUID_TIMEOUT"),
+    PX4: ("MPC_XY_VEL_MAX", "MPC_ACC_HOR", "COM_OF_LOSS_T", "NAV_DLL_ACT"),
+    ARDUPILOT: ("WPNAV_ACCEL", "ANGLE_MAX", "GUID_TIMEOUT", "FS_GCS_ENABLE", "SYSID_MYGCS"),
 }
 
 _INTEGER_FORMATS: Final = {1: "<B", 2: "<b", 3: "<H", 4: "<h", 5: "<I", 6: "<i"}  # MAV_PARAM_TYPE
@@ -82,6 +82,12 @@ class ParameterReader:
         self.values[name] = value
         self._due_s = float("-inf")
         return True
+
+    def settled(self, autopilot: str, now_s: float) -> bool:
+        """Each wanted parameter has come, or its last request has run out of time."""
+        open_names = [n for n in WANTED.get(autopilot, ()) if n not in self.values]
+        asked_in_vain = all(self._asked.get(n, 0) >= MAX_REQUESTS for n in open_names)
+        return autopilot in WANTED and (not open_names or (asked_in_vain and now_s >= self._due_s))
 
     def missing(self, autopilot: str) -> tuple[str, ...]:
         """Parameters asked for in vain."""

@@ -9,8 +9,10 @@ from typing import Any, Final
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from gcs.links.commands import RefusedTicket
+from gcs.links.latency import LatencyMeter
 from gcs.links.loss import LossMeter
 from gcs.links.session import VehicleSession
+from gcs.links.tlog import TlogRecorder
 from gcs.links.transport import Peer, Transport, open_transport
 from gcs.ports import CommandTicket, SafeSetpoint, VehicleCommand, VehicleStatus
 
@@ -39,8 +41,15 @@ class PymavlinkFleetLink:
     ``expected`` maps an address to the system id that must answer there; others there are refused with a notice.
     """
 
-    def __init__(self, addresses: Sequence[str], expected: Mapping[str, int] | None = None) -> None:
-        self._expected = dict(expected or {})
+    def __init__(
+        self,
+        addresses: Sequence[str],
+        expected: Mapping[str, int] | None = None,
+        recorder: TlogRecorder | None = None,
+    ) -> None:
+        self._expected, self._recorder = dict(expected or {}), recorder
+        self._latencies: dict[int, LatencyMeter] = {}
+        self._now_s = 0.0
         self._transports: list[Transport] = []
         try:
             for address in addresses:
@@ -55,11 +64,13 @@ class PymavlinkFleetLink:
         self._routes: dict[int, _Route] = {}
         self._losses: dict[int, LossMeter] = {}
         self._notices: list[str] = []
+        self._conflicts: dict[int, str] = {}
         self._refused: set[tuple[int, str, Peer]] = set()
         self._heartbeat_due_s = float("-inf")
 
     def poll(self, now_s: float) -> None:
         """Read everything that is waiting on every transport."""
+        self._now_s = now_s
         for transport in self._transports:
             for peer, data in transport.read(now_s):
                 for message in self._parse(transport, peer, data):
@@ -68,7 +79,12 @@ class PymavlinkFleetLink:
     def vehicles(self) -> Mapping[int, VehicleStatus]:
         """Newest status by system id."""
         return {
-            system_id: replace(session.status, loss_ratio=self._losses[system_id].ratio)
+            system_id: replace(
+                session.status,
+                loss_ratio=self._losses[system_id].ratio,
+                latency_s=self._latencies[system_id].latency_s,
+                conflict=self._conflicts.get(system_id, ""),
+            )
             for system_id, session in self._sessions.items()
         }
 
@@ -103,6 +119,7 @@ class PymavlinkFleetLink:
 
     def flush(self, now_s: float) -> None:
         """Heartbeat once a second, and whatever each session has due."""
+        self._now_s = now_s
         if now_s >= self._heartbeat_due_s:
             self._heartbeat_due_s = now_s + HEARTBEAT_S
             self._broadcast(
@@ -112,6 +129,9 @@ class PymavlinkFleetLink:
             )
         for system_id, session in self._sessions.items():
             session.flush(now_s, partial(self._send_named, system_id))
+            stamp_ns = self._latencies[system_id].request_ns(now_s)
+            if stamp_ns is not None:
+                self._send_to(system_id, self._codec.timesync_encode(0, stamp_ns))
 
     def drain_notices(self) -> tuple[str, ...]:
         """What an operator should know about the links, since the last call."""
@@ -133,6 +153,8 @@ class PymavlinkFleetLink:
 
     def _receive(self, message: Any, transport: Transport, peer: Peer, now_s: float) -> None:
         system_id = message.get_srcSystem()
+        if message.get_type() != "BAD_DATA":
+            self._record(transport, bytes(message.get_msgbuf()))
         if message.get_type() == "BAD_DATA" or message.get_srcComponent() != AUTOPILOT_COMPONENT:
             return
         if not 1 <= system_id <= MAX_VEHICLE_ID or system_id == OWN_SYSTEM_ID:
@@ -146,9 +168,20 @@ class PymavlinkFleetLink:
             session = VehicleSession(system_id, transport.address)
             self._sessions[system_id] = session
             self._losses[system_id] = LossMeter()
+            self._latencies[system_id] = LatencyMeter()
         self._losses[system_id].on_sequence(message.get_seq())
+        if message.get_type() == "TIMESYNC":
+            self._on_timesync(message, system_id, now_s)
         if _for_us(message):
             session.receive(message, now_s)
+
+    def _on_timesync(self, message: Any, system_id: int, now_s: float) -> None:
+        """An answer to us, or the vehicle's own question, which is answered."""
+        if message.tc1 != 0:
+            self._latencies[system_id].on_answer(message.ts1, now_s)
+        else:
+            answer = self._codec.timesync_encode(int(now_s * 1e9) + 1, message.ts1)
+            self._send_to(system_id, answer)
 
     def _admit(self, system_id: int, transport: Transport, peer: Peer, now_s: float) -> bool:
         """Two vehicles with one id both obey (mavlink-router#461): the second is refused, loudly."""
@@ -160,6 +193,7 @@ class PymavlinkFleetLink:
             return False
         if route is not None and elsewhere and now_s - route.heard_s < CONFLICT_S:
             self._refuse(system_id, transport, peer, f"that id already flies at {route.transport.address}")
+            self._conflicts[system_id] = f"a second vehicle at {transport.address} has the same system id; change one"
             return False
         if route is None or elsewhere:
             self._routes[system_id] = _Route(transport, peer, now_s)
@@ -183,12 +217,19 @@ class PymavlinkFleetLink:
     def _send_to(self, system_id: int, message: Any) -> None:
         route = self._routes.get(system_id)
         if route is not None:
-            route.transport.write(self._pack(message), route.peer)
+            data = self._pack(message)
+            self._record(route.transport, data)
+            route.transport.write(data, route.peer)
 
     def _broadcast(self, message: Any) -> None:
         data = self._pack(message)
         for transport in self._transports:
+            self._record(transport, data)
             transport.write(data, None)
+
+    def _record(self, transport: Transport, frame: bytes) -> None:
+        if self._recorder is not None:
+            self._recorder.record(transport.address, self._now_s, frame)
 
     def _pack(self, message: Any) -> bytes:
         data = bytes(message.pack(self._codec))

@@ -102,6 +102,8 @@ class VehicleSession:
         name = self._parameters.next_request(self.status.autopilot, now_s)
         if name is not None:
             send("param_request_read", (name.encode("ascii"), -1))
+        elif not self.status.parameters_settled and self._parameters.settled(self.status.autopilot, now_s):
+            self.status = replace(self.status, parameters_settled=True)
 
     def _on_position(self, message: Any, now_s: float) -> None:
         measured_s = self._boot_clock.measured_s(message.time_boot_ms / 1e3, now_s)
@@ -140,7 +142,7 @@ class VehicleSession:
         value = decode_value(message.param_value, message.param_type, bytewise=bytewise)
         if self._parameters.on_value(message.param_id.rstrip("\0"), value):
             limits = limits_from(self.status.autopilot, self._parameters.values)
-            self.status = replace(self.status, limits=limits)
+            self.status = replace(self.status, limits=limits, parameters=dict(self._parameters.values))
 
 
 def _send_long(send: Send, wire: LongCommand, confirmation: int) -> None:

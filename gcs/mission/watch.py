@@ -40,10 +40,15 @@ def control_lost(status: VehicleStatus | None, now_s: float) -> DropOut | None:
     return None
 
 
-def return_energy_j(distance_m: float, altitude_m: float) -> float:
-    """What flying home and landing costs by the world's model."""
-    powers_w = propulsion_power_w(np.array([RETURN_SPEED_MPS, 0.0]))
-    return float(powers_w[0] * distance_m / RETURN_SPEED_MPS + powers_w[1] * altitude_m / DESCENT_MPS)
+ASSUMED_WIND_MPS = 5.0  # against the way home; no vehicle says reliably what blows, so it is assumed
+
+
+def return_energy_j(distance_m: float, altitude_m: float, wind_mps: float = ASSUMED_WIND_MPS) -> float:
+    """What flying home against the wind and landing in it costs by the world's model, which counts airspeed."""
+    airspeeds_mps = np.array([RETURN_SPEED_MPS + wind_mps, 0.0, wind_mps])
+    powers_w = propulsion_power_w(airspeeds_mps)
+    descent_w = float(np.max(powers_w[1:]))
+    return float(powers_w[0]) * distance_m / RETURN_SPEED_MPS + descent_w * altitude_m / DESCENT_MPS
 
 
 def battery_low(
@@ -54,7 +59,8 @@ def battery_low(
         return None
     reach_m = scenario.max_speed_mps * scenario.slot_s
     distance_m = float(np.hypot(track.east_m - pad_m[0], track.north_m - pad_m[1])) + reach_m
-    slot_j = float(np.max(propulsion_power_w(np.array([0.0, scenario.max_speed_mps])))) * scenario.slot_s
+    airspeeds_mps = np.array([0.0, scenario.max_speed_mps, scenario.max_speed_mps + ASSUMED_WIND_MPS])
+    slot_j = float(np.max(propulsion_power_w(airspeeds_mps))) * scenario.slot_s
     need_j = return_energy_j(distance_m, track.alt_home_m) + slot_j
     need = need_j / scenario.battery_j + reserve
     if status.battery_fraction >= need:

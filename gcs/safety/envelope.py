@@ -37,7 +37,7 @@ class Envelope:
     tick_s: float = 0.1
     setpoint_timeout_s: float = 1.0  # how long the autopilot goes on with its last setpoint when no more arrive
     separation_m: float = 10.0  # level distance between own UAVs of about one height
-    vertical_separation_m: float = 3.0  # layers are 5 m apart
+    vertical_separation_m: float = 4.0  # layers are 5 m apart, a drone holds its height to a metre
     obstacle_names: tuple[str, ...] = field(default=())
 
     def bounds(self) -> Bounds:
@@ -82,5 +82,5 @@ def envelope_of(scenario: Scenario, max_accel_mps2: float, setpoint_timeout_s: f
         accel_mps2=max_accel_mps2,
         brake_mps2=BRAKE_SHARE * max_accel_mps2,
         setpoint_timeout_s=setpoint_timeout_s,
-        vertical_separation_m=min(3.0, 0.6 * scenario.layer_m),
+        vertical_separation_m=min(4.0, 0.8 * scenario.layer_m),
     )

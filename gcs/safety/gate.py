@@ -110,7 +110,9 @@ class SafetyGate:
         system_id, track = wish.setpoint.system_id, wish.track
         yaw_rad = wish.setpoint.yaw_rad if math.isfinite(wish.setpoint.yaw_rad) else 0.0
         yaw_rad = track.yaw_rad if track is not None else yaw_rad
-        self._last[system_id] = (0.0, 0.0, 0.0)
+        # What it was told before stays remembered: a blind vehicle may not hear this hold either, and braking is one
+        # of the ways that the others keep clear of anyway.
+        self._last.setdefault(system_id, (0.0, 0.0, 0.0))
         return SealedSetpoint(_SEAL, VelocitySetpoint(system_id, (0.0, 0.0, 0.0), yaw_rad), GateAction.HELD, reason)
 
 

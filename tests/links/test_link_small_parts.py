@@ -56,7 +56,8 @@ def test_parameters_are_asked_for_again_and_given_up() -> None:
     reader = ParameterReader()
     asked = [reader.next_request(PX4, 0.5 * tick) for tick in range(100)]
     assert asked.count("MPC_XY_VEL_MAX") == MAX_REQUESTS
-    assert set(reader.missing(PX4)) == {"MPC_XY_VEL_MAX", "MPC_ACC_HOR", "COM_OF_LOSS_T"}
+    assert set(reader.missing(PX4)) == {"MPC_XY_VEL_MAX", "MPC_ACC_HOR", "COM_OF_LOSS_T", "NAV_DLL_ACT"}
+    assert reader.settled(PX4, 100.0)
 
 
 def test_rates_are_asked_for_until_seen() -> None:

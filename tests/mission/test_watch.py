@@ -54,4 +54,8 @@ def test_an_unknown_battery_is_not_judged() -> None:
 
 def test_energy_home_by_hand() -> None:
     # 1000 m at 10 m/s and 126.2 W, 120 m down at 1.5 m/s hovering at 168.5 W (Section III of the paper)
-    assert return_energy_j(1000.0, 120.0) == pytest.approx(100.0 * 126.2 + 80.0 * 168.5, rel=0.002)
+    assert return_energy_j(1000.0, 120.0, 0.0) == pytest.approx(100.0 * 126.2 + 80.0 * 168.5, rel=0.002)
+
+
+def test_wind_makes_the_way_home_dearer() -> None:
+    assert return_energy_j(1000.0, 120.0, 10.0) > return_energy_j(1000.0, 120.0) > return_energy_j(1000.0, 0.0)

@@ -62,7 +62,6 @@ def _judge_all(count, seen, stale, told, wishes, sides, bounds, edges, starts, w
         last = steered
         for i in range(n):
             if stale[c, i]:
-                told[c, i] = 0.0
                 order[last] = i
                 last += 1
         places, mine = seen[c][order], told[c][order]
@@ -138,7 +137,7 @@ def fly(cases: Cases, rng: np.random.Generator, *, wild: bool, gust_mps: float, 
         stale = age > STALE_TICKS
         args = (cases.bounds, cases.edges, cases.starts, cases.walls, done)
         _judge_all(cases.count, view, stale, told, wish, sides, *args)
-        sent = [*sent[-3:], told.copy()]
+        sent = [*sent[-3:], np.where(stale[..., None], 0.0, told)]
         arrives = ~cut & (rng.random((c, UAVS)) >= cases.loss[:, None])
         for delay in range(4):
             rows = (cases.command_ticks == delay)[:, None] & arrives

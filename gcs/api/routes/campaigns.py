@@ -5,14 +5,17 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Path, Query
 from starlette.concurrency import run_in_threadpool
 
-from gcs.api.bodies import CampaignBrief, CampaignFull, Taken
+from gcs.api.bodies import CampaignBrief, CampaignFull, PreflightLine, PreflightView, Taken
 from gcs.api.campaign_documents import mission_from
 from gcs.api.catalog import campaign_static
 from gcs.api.context import ApiContext, Context, Who
 from gcs.api.flight_requests import ask_or_conflict
 from gcs.api.problems import Problem
 from gcs.api.views import metrics_view
+from gcs.mission.order import FlightSettings
+from gcs.mission.preflight import check_fleet, red_lines
 from gcs.ports import CampaignSnapshot, CampaignState, OperatorRequest, RequestKind
+from gcs.store.keys import Role
 from gcs.store.records import TERMINAL, CampaignRecord
 
 router = APIRouter(prefix="/campaigns", tags=["campaigns"])
@@ -46,15 +49,32 @@ def one(campaign_id: CampaignId, context: Context) -> CampaignFull:
     return _full(context, require(context, campaign_id))
 
 
+@router.get("/{campaign_id}/preflight")
+def preflight(campaign_id: CampaignId, context: Context) -> PreflightView:
+    """Every vehicle's checklist for this campaign, with the drones as they are now."""
+    scenario = context.catalog.mission(require(context, campaign_id)).scenario
+    snapshot = context.control.snapshot()
+    vehicles = {vehicle.system_id: vehicle for vehicle in snapshot.vehicles}
+    seats = [*sorted(vehicles), *[0] * scenario.num_uavs][: scenario.num_uavs]  # 0: a drone that nobody has heard
+    lines = check_fleet(scenario, seats, vehicles, snapshot.time_s, FlightSettings().battery_reserve)
+    views = [PreflightLine(system_id=x.system_id, check=x.check, grade=x.grade.value, reason=x.reason) for x in lines]
+    return PreflightView(ok=not red_lines(lines), lines=views)
+
+
 @router.post("/{campaign_id}/start", status_code=202)
-async def start(campaign_id: CampaignId, context: Context, who: Who) -> Taken:
-    """Launch. 409 when it is over, in the air already, or another one is."""
+async def start(campaign_id: CampaignId, context: Context, who: Who, *, override: bool = False) -> Taken:
+    """Launch. 409 when it is over, in the air already, another one is, or a pre-flight line is red.
+
+    ``override=true`` takes off in spite of red lines: admins only, and recorded.
+    """
+    if override and who.role is not Role.ADMIN:
+        raise Problem(403, f'overriding the pre-flight checklist needs the role admin, and "{who.name}" is {who.role}')
     record = await run_in_threadpool(require, context, campaign_id)
     state = state_of(context, record)
     if state not in {CampaignState.READY, CampaignState.DRAFT}:
         raise Problem(409, f"campaign {campaign_id} is {state}; only a ready one can be started", state=state)
     mission = await run_in_threadpool(context.catalog.mission, record)
-    request = OperatorRequest(RequestKind.START, who.name, campaign_id, mission)
+    request = OperatorRequest(RequestKind.START, who.name, campaign_id, mission, override=override)
     return await _taken(context, request, "the campaign is being launched")
 
 

@@ -1,0 +1,67 @@
+"""Telemetry logs that pymavlink opens, free of secrets, and the round-trip time of a link."""
+
+from pathlib import Path
+
+from pymavlink import mavutil
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from gcs.links.latency import LatencyMeter
+from gcs.links.tlog import TlogRecorder, without_secrets
+
+EPOCH_S = 1_700_000_000.0
+
+
+def sender(*, signed: bool = False) -> mavlink.MAVLink:
+    codec = mavlink.MAVLink(None, srcSystem=7, srcComponent=1)
+    if signed:
+        codec.signing.secret_key = bytes(range(32))
+        codec.signing.sign_outgoing = True
+        codec.signing.timestamp = 1
+    return codec
+
+
+def frame(codec: mavlink.MAVLink, message: mavlink.MAVLink_message) -> bytes:
+    return bytes(message.pack(codec))
+
+
+def test_a_log_opens_in_pymavlink_with_times_and_messages(tmp_path: Path) -> None:
+    codec = sender()
+    with TlogRecorder(tmp_path, EPOCH_S) as recorder:
+        for second in range(3):
+            sent = codec.attitude_encode(1000 * second, 0.1 * second, 0.0, 1.0, 0.0, 0.0, 0.0)
+            recorder.record("udpout:127.0.0.1:14550", float(second), frame(codec, sent))
+    (path,) = tmp_path.glob("*.tlog")
+    assert path.name == "udpout-127.0.0.1-14550.tlog"
+    log = mavutil.mavlogfile(str(path), notimestamps=False)
+    read = [log.recv_match(blocking=False) for _ in range(3)]
+    assert [message.time_boot_ms for message in read] == [0, 1000, 2000]
+    assert [message._timestamp - EPOCH_S for message in read] == [0.0, 1.0, 2.0]
+    log.close()
+
+
+def test_signatures_stay_out_and_the_frame_is_still_good() -> None:
+    codec = sender(signed=True)
+    signed = frame(codec, codec.attitude_encode(5, 0.1, 0.2, 0.3, 0.0, 0.0, 0.0))
+    clean = without_secrets(signed)
+    assert clean is not None
+    assert len(clean) == len(signed) - 13
+    (read,) = mavlink.MAVLink(None).parse_buffer(clean)
+    assert (read.get_type(), read.time_boot_ms, read.get_signed()) == ("ATTITUDE", 5, False)
+
+
+def test_the_key_itself_is_never_recorded() -> None:
+    codec = sender()
+    assert without_secrets(frame(codec, codec.setup_signing_encode(1, 1, bytes(32), 1))) is None
+
+
+def test_answers_are_matched_to_requests() -> None:
+    meter = LatencyMeter()
+    stamp_ns = meter.request_ns(10.0)
+    assert stamp_ns is not None
+    assert meter.request_ns(10.5) is None
+    meter.on_answer(123, 10.2)  # somebody else's
+    assert meter.latency_s is None
+    meter.on_answer(stamp_ns, 10.2)
+    assert abs((meter.latency_s or 0.0) - 0.2) < 1e-6
+    meter.on_answer(stamp_ns, 19.0)  # a duplicate
+    assert abs((meter.latency_s or 0.0) - 0.2) < 1e-6

@@ -1,0 +1,89 @@
+"""Each line of the checklist: green for a good vehicle, and its reason for each fault."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gcs.mission.preflight import Grade, Line, check_fleet, plan_energy_j, red_lines
+from gcs.ports import VehicleLimits, VehicleStatus
+from policy.mission_file import load_mission
+
+SCENARIO = load_mission("demo").scenario
+LAUNCH = SCENARIO.launch_enu_m[0]
+
+
+def standing_at(east_m: float, north_m: float, **changes: object) -> VehicleStatus:
+    lat_deg, lon_deg = SCENARIO.area.frame.to_geodetic_deg(east_m, north_m)
+    good = VehicleStatus(
+        1,
+        autopilot="px4",
+        position_ready=True,
+        lat_deg=lat_deg,
+        lon_deg=lon_deg,
+        alt_home_m=0.0,
+        home_lat_deg=lat_deg,
+        home_lon_deg=lon_deg,
+        battery_fraction=1.0,
+        heartbeat_s=9.5,
+        position_s=9.9,
+        limits=VehicleLimits(18.0, 4.5, 1.0),
+        parameters={"NAV_DLL_ACT": 2.0},
+    )
+    return replace(good, **changes)  # type: ignore[arg-type]
+
+
+def lines_of(status: VehicleStatus) -> tuple[Line, ...]:
+    return check_fleet(SCENARIO, [1], {1: status}, 10.0, 0.03)
+
+
+def test_a_good_vehicle_is_green_in_every_line() -> None:
+    lines = lines_of(standing_at(*LAUNCH))
+    assert len(lines) == 10
+    assert {line.grade for line in lines} == {Grade.OK}
+
+
+@pytest.mark.parametrize(
+    ("changes", "check", "grade", "words"),
+    [
+        ({"heartbeat_s": 1.0}, "link", Grade.RED, "5 s"),
+        ({"conflict": "a second vehicle has the same system id"}, "link", Grade.RED, "second vehicle"),
+        ({"loss_ratio": 0.1}, "link", Grade.CAUTION, "10%"),
+        ({"loss_ratio": 0.4}, "link", Grade.RED, "40%"),
+        ({"autopilot": "unknown"}, "autopilot", Grade.RED, "neither"),
+        ({"position_ready": False, "texts": ("PreArm: Compass",)}, "position", Grade.RED, "PreArm: Compass"),
+        ({"position_s": 2.0}, "position", Grade.RED, "8.0 s old"),
+        ({"home_lat_deg": None}, "home", Grade.RED, "not reported"),
+        ({"armed": True}, "ground", Grade.RED, "armed"),
+        ({"battery_fraction": 0.05}, "battery", Grade.RED, "5% charged"),
+        ({"battery_fraction": None}, "battery", Grade.CAUTION, "does not report"),
+        ({"limits": VehicleLimits(12.0, 4.5, 1.0)}, "limits", Grade.CAUTION, "12 m/s"),
+        ({"limits": VehicleLimits(18.0, None, 1.0)}, "limits", Grade.CAUTION, "not known"),
+        ({"limits": VehicleLimits(18.0, 4.5, 3.0)}, "setpoint time-out", Grade.CAUTION, "3 s"),
+        ({"limits": VehicleLimits(18.0, 4.5)}, "setpoint time-out", Grade.CAUTION, "not known"),
+        ({"parameters": {"NAV_DLL_ACT": 0.0}}, "link failsafe", Grade.CAUTION, "NAV_DLL_ACT"),
+        ({"parameters": {"FS_GCS_ENABLE": 0.0}}, "link failsafe", Grade.CAUTION, "FS_GCS_ENABLE"),
+        ({"parameters": {"FS_GCS_ENABLE": 1.0, "SYSID_MYGCS": 255.0}}, "link failsafe", Grade.CAUTION, "245"),
+    ],
+)
+def test_each_fault_has_its_line(changes: dict[str, object], check: str, grade: Grade, words: str) -> None:
+    (bad,) = [line for line in lines_of(standing_at(*LAUNCH, **changes)) if line.grade is not Grade.OK]
+    assert (bad.check, bad.grade) == (check, grade)
+    assert words in bad.words()
+
+
+@pytest.mark.parametrize(("east_m", "words"), [(-50.0, "outside the area"), (float(LAUNCH[0]), "")])
+def test_the_pad_lies_inside_the_area(east_m: float, words: str) -> None:
+    reds = red_lines(lines_of(standing_at(east_m, float(LAUNCH[1]))))
+    assert [words in line.reason for line in reds] == ([True] if words else [])
+
+
+def test_a_vehicle_never_heard_is_one_red_line() -> None:
+    (line,) = check_fleet(SCENARIO, [1], {}, 10.0, 0.03)
+    assert (line.check, line.ok) == ("link", False)
+
+
+def test_the_plan_costs_at_least_its_slots_in_the_cheapest_flight() -> None:
+    cheapest_j = 120.0 * SCENARIO.slots * SCENARIO.slot_s
+    assert plan_energy_j(SCENARIO, 500.0) > plan_energy_j(SCENARIO, 0.0) > cheapest_j
+    assert np.isfinite(plan_energy_j(SCENARIO, 0.0))
