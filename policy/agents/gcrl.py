@@ -6,7 +6,7 @@ onnxruntime; torch is not imported. Differences from the paper, and what each is
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +21,15 @@ from policy.search.moves import Moves, make_moves
 from policy.search.plan import Kept, Plan
 from policy.search.planner import make_plan
 from policy.search.problem import make_problem
-from policy.search.settings import SearchSettings
+from policy.search.settings import SearchSettings, settings_for
 from policy.world.arrays import FloatArray
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState, initial_state
 
+BLUR_GROWTH = 0.5
+"""A slot, of the first slot's blur."""
+MOST_BLUR = 0.9
+"""Of the serving radius: beyond it nobody could be served for sure."""
 EXPLAINED_USERS = 5
 """Users shown for each UAV, those that it attends to most."""
 
@@ -34,26 +38,23 @@ EXPLAINED_USERS = 5
 class GcrlSettings:
     """What is searched and which learned parts are asked."""
 
-    search: SearchSettings = field(default_factory=SearchSettings)
-    use_value: bool = True  # at the leaves; else the closed form "AoI x slots to reach"
+    search: SearchSettings | None = None  # None: those that suit the campaign, as receding-horizon flies
+    use_value: bool = False  # at the leaves; else the closed form "AoI x slots to reach", which measures no worse
     use_prediction: bool = True  # of users; else they stay (ablation "w/o pred")
-    use_blur: bool = False
-    blur_rest_m: float = 5.0
-    blur_share: float = 0.5
-    blur_growth: float = 0.5
     predicted_slots: int = 3  # asked of the network one after the other; then users are taken to stay
+    blur_share: float = 0.5  # of a user's mean way a slot: how far off the first prediction may be; 0: certain
 
     @classmethod
     def paper(cls, depth: int = 3) -> "GcrlSettings":
         """The paper's experiments: nine actions, N = 3, learned prediction and value (Section VII-C)."""
         search = SearchSettings(horizon_slots=depth, beam=81, rounds=2, num_headings=8, speed_shares=(1.0,))
-        return cls(search=search, predicted_slots=depth)
+        return cls(search=search, use_value=True, predicted_slots=depth, blur_share=0.0)
 
     @classmethod
     def for_training(cls, horizon_slots: int, beam: int) -> "GcrlSettings":
         """Narrow, since training needs many decisions rather than the best; users stay, as f_2 is still learning."""
         search = SearchSettings(horizon_slots=horizon_slots, beam=beam, rounds=1, rebuilds=0)
-        return cls(search=search, use_prediction=False)
+        return cls(search=search, use_value=True, use_prediction=False)
 
     def without_network(self) -> "GcrlSettings":
         """The plain planner that this one grows from."""
@@ -71,6 +72,7 @@ class GcrlAgent:
         self._evaluator: Evaluator = evaluator or load_evaluator()
         self._scenario: Scenario | None = None
         self._units: Units
+        self._search: SearchSettings
         self._moves: Moves
         self._plan: Plan | None = None
         self._before: WorldState | None = None
@@ -84,7 +86,8 @@ class GcrlAgent:
     def reset(self, scenario: Scenario, seed: int) -> None:
         """Tabulate the moves, and compile the search now rather than in the first slot."""
         self._scenario, self._units = scenario, Units.of(scenario)
-        self._moves = make_moves(scenario, self._settings.search)
+        self._search = self._settings.search or settings_for(scenario)
+        self._moves = make_moves(scenario, self._search)
         self._forget()
         self.decide(initial_state(scenario, np.zeros((scenario.num_users, 2))))
         self._forget()
@@ -96,8 +99,8 @@ class GcrlAgent:
         self._steps_m = self._user_steps_m(state)
         now = stack_states([state], self._steps_m[None])
         predicted_m = self._predict(now) if self._settings.use_prediction else None
-        blur_m = self._blur_m() if self._settings.use_blur else None
-        problem = make_problem(self._scenario, self._moves, state, self._settings.search, predicted_m, blur_m)
+        blur_m = self._blur_m() if self._settings.use_prediction else None
+        problem = make_problem(self._scenario, self._moves, state, self._search, predicted_m, blur_m)
         leaf = _LeafValue(self._evaluator, self._units) if self._settings.use_value else None
         plan = make_plan(problem, self._kept(state.slot), leaf)
         self._plan, self._before = plan, state
@@ -105,7 +108,7 @@ class GcrlAgent:
 
     def _predict(self, now: StateBatch) -> FloatArray:
         """Users' places at the ends of the next slots [H, M, 2]: Eq. 12 applied to its own answers, then they stay."""
-        horizon = self._settings.search.horizon_slots
+        horizon = self._search.horizon_slots
         places: list[FloatArray] = []
         state = now
         for _ in range(min(self._settings.predicted_slots, horizon)):
@@ -118,11 +121,11 @@ class GcrlAgent:
         return np.stack(places)
 
     def _blur_m(self) -> FloatArray:
-        """How far off predictions may be [H, M]."""
-        s = self._settings
+        """How far off predictions may be [H, M]: nothing for who stands, more and more for who moves."""
         way_m = np.mean(np.linalg.norm(self._steps_m, axis=-1), axis=1)
-        ahead = 1.0 + s.blur_growth * np.arange(s.search.horizon_slots)[:, None]
-        return np.minimum(s.blur_rest_m + s.blur_share * way_m * ahead, 0.9 * self._units.serving_radius_m)
+        growth = 1.0 + BLUR_GROWTH * np.arange(self._search.horizon_slots)[:, None]
+        blur_m = self._settings.blur_share * way_m * growth
+        return np.asarray(np.minimum(blur_m, MOST_BLUR * self._units.serving_radius_m))
 
     def _user_steps_m(self, state: WorldState) -> FloatArray:
         """Ways of each user in the last slots [M, K, 2]; zero at the start and after a gap in what was seen."""

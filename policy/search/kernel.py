@@ -302,9 +302,7 @@ def _mix(code: np.int64, value: float) -> np.int64:
 
 
 @compiled
-def _trace(
-    parents: IntArray, moves: IntArray, places: FloatArray, kept: int
-) -> tuple[IntArray, FloatArray]:
+def _trace(parents: IntArray, moves: IntArray, places: FloatArray, kept: int) -> tuple[IntArray, FloatArray]:
     """Commands [K', H] and places [K', H, 2] that lead to each node of the last layer."""
     horizon = parents.shape[0]
     actions, path_m = np.zeros((kept, horizon), np.int64), np.zeros((kept, horizon, 2))

@@ -6,7 +6,6 @@ import numpy as np
 
 from policy.search.kernel import NO_MOVE
 from policy.world.arrays import FloatArray, IntArray
-from policy.world.frames import heading_rad
 from policy.world.state import JointAction
 
 
@@ -43,16 +42,10 @@ class Plan:
     actions: IntArray  # [U, H] indices into the search's ActionSet; polished places: the command nearest to them
     start_enu_m: FloatArray  # [U, 2]
     path_enu_m: FloatArray  # [U, H, 2] at the end of each slot
-    first_vel_enu_mps: FloatArray  # [U, 2] to be commanded in the first slot
+    first_action: JointAction  # what to fly now
     value: float
     kept_value: float | None  # of the plan kept from the slot before, completed as well as can be; None: no plan kept
     alternatives: tuple[tuple[Alternative, ...], ...] = ()  # [U] of at most three others, best first
-
-    @property
-    def first_action(self) -> JointAction:
-        """What to fly now."""
-        speed_mps = np.hypot(self.first_vel_enu_mps[:, 0], self.first_vel_enu_mps[:, 1])
-        return JointAction(heading_rad(self.first_vel_enu_mps), speed_mps)
 
     def shifted(self, slots: int = 1) -> Kept:
         """The plan as it stands ``slots`` later: its last slots are open."""

@@ -17,6 +17,8 @@ from policy.search.plan import Alternative, Kept, Plan
 from policy.search.polish import joint_price, polish
 from policy.search.problem import Float32Array, Problem
 from policy.world.arrays import FloatArray, IntArray
+from policy.world.frames import heading_rad
+from policy.world.state import JointAction
 
 ALTERNATIVES = 3
 OFF_COURSE_M = 0.1
@@ -97,20 +99,20 @@ def _finished(
         actions=actions,
         start_enu_m=np.array(state.uav_pos_enu_m, dtype=np.float64),
         path_enu_m=path_m,
-        first_vel_enu_mps=_first_vel(problem, actions, path_m),
+        first_action=_first_action(problem, actions, path_m),
         value=_value(problem, actions, path_m, leaf) if planned.size else 0.0,
         kept_value=kept_value,
         alternatives=alternatives,
     )
 
 
-def _first_vel(problem: Problem, actions: IntArray, path_m: FloatArray) -> FloatArray:
+def _first_action(problem: Problem, actions: IntArray, path_m: FloatArray) -> JointAction:
     """The commands of the table, or, where places are free, the way in a slot, no faster than allowed."""
+    table, first, scenario = problem.moves.actions, actions[:, 0], problem.scenario
     if not problem.is_polished:
-        return problem.moves.actions.vel_enu_mps[actions[:, 0]]
-    vel = (path_m[:, 0] - problem.state.uav_pos_enu_m) / problem.scenario.slot_s
-    speed = np.hypot(vel[:, 0], vel[:, 1])
-    return np.asarray(vel * np.minimum(1.0, problem.scenario.max_speed_mps / np.maximum(speed, 1e-9))[:, None])
+        return JointAction(table.heading_rad[first], table.speed_mps[first])
+    vel = (path_m[:, 0] - problem.state.uav_pos_enu_m) / scenario.slot_s
+    return JointAction(heading_rad(vel), np.minimum(np.hypot(vel[:, 0], vel[:, 1]), scenario.max_speed_mps))
 
 
 def _value(problem: Problem, actions: IntArray, path_m: FloatArray, leaf: LeafValue | None) -> float:

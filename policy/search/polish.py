@@ -41,9 +41,7 @@ OFFSETS_M = _rings()
 
 
 @compiled
-def polish(
-    scene: Scene, start_m: FloatArray, path_m: FloatArray, order: IntArray, reach_m: float, sweeps: int
-) -> None:
+def polish(scene: Scene, start_m: FloatArray, path_m: FloatArray, order: IntArray, reach_m: float, sweeps: int) -> None:
     """Improve ``path_m`` [U, H, 2] in place for the UAVs in ``order``; others stay. ``start_m`` [U, 2]."""
     gap_m = np.full((path_m.shape[0], *scene.users.east_m.shape), np.float32(np.inf), np.float32)
     for uav in order:
@@ -182,9 +180,7 @@ def _shift(
 
 
 @compiled
-def _ends(
-    around: Around, path_m: FloatArray, depth: int, last: int
-) -> tuple[float, float, float, float, float]:
+def _ends(around: Around, path_m: FloatArray, depth: int, last: int) -> tuple[float, float, float, float, float]:
     """The places before and after a block, east and north each, and 1 where there is one after it."""
     before_e, before_n = around.start_m[0], around.start_m[1]
     if depth > 0:
@@ -329,9 +325,7 @@ def _blocked(walls: Walls, obstacle: int, from_m: tuple[float, float], to_m: tup
 
 
 @compiled
-def _away_2(
-    point_m: tuple[float, float], from_m: tuple[float, float], to_m: tuple[float, float]
-) -> float:
+def _away_2(point_m: tuple[float, float], from_m: tuple[float, float], to_m: tuple[float, float]) -> float:
     """Squared distance of a point from a segment."""
     along_e, along_n = to_m[0] - from_m[0], to_m[1] - from_m[1]
     length_2 = along_e * along_e + along_n * along_n

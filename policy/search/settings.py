@@ -33,7 +33,11 @@ class SearchSettings:
             raise ValueError(f"horizon_slots, beam, rounds and num_headings must be at least 1: {self}")
         if not self.speed_shares or not all(0.0 < share <= 1.0 for share in self.speed_shares):
             raise ValueError(f"speed_shares must lie in (0, 1] and not be empty: {self.speed_shares}")
-        if not 0.0 < self.discount <= 1.0 or min(self.leaf_weight, self.rebuilds, self.polish_sweeps, self.thrift) < 0.0 or self.cell_m <= 0.0:
+        if (
+            not 0.0 < self.discount <= 1.0
+            or min(self.leaf_weight, self.rebuilds, self.polish_sweeps, self.thrift) < 0.0
+            or self.cell_m <= 0.0
+        ):
             raise ValueError(f"need 0 < discount <= 1, cell_m > 0 and nothing negative: {self}")
 
 

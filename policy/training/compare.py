@@ -22,7 +22,7 @@ from policy.mobility.traces import TraceError
 from policy.mobility.walkers import generate_walkers
 from policy.model.checkpoint import load_evaluator
 from policy.model.checkpoint_error import CheckpointError
-from policy.search.settings import SearchSettings
+from policy.search.settings import SearchSettings, settings_for
 from policy.training.collect import ArrayPlaces
 from policy.world.arrays import FloatArray
 from policy.world.scenario import Area, Scenario
@@ -67,13 +67,14 @@ def centred(size_m: tuple[float, float], users: int, uavs: int = 2) -> Scenario:
 
 
 def variants(search: SearchSettings) -> dict[str, GcrlSettings]:
-    """The plain planner, each learned part alone, and both."""
+    """The plain planner, each learned part alone, what flies, and that with the learned value as well."""
     whole = GcrlSettings(search=search)
     return {
         "plain": whole.without_network(),
-        "prediction": replace(whole, use_value=False),
-        "value": replace(whole, use_prediction=False),
+        "prediction": replace(whole, blur_share=0.0),
+        "value": replace(whole, use_value=True, use_prediction=False),
         "gcrl": whole,
+        "gcrl+value": replace(whole, use_value=True),
     }
 
 
@@ -93,8 +94,8 @@ def main() -> int:
     parser.add_argument("--traces", action="store_true", help="the three real sets (UCS_DATA_DIR) instead of walkers")
     parser.add_argument("--checkpoint", type=Path, help="default: the shipped one")
     parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--horizon", type=int, nargs="+", default=[5, 10, 15])
-    parser.add_argument("--beam", type=int, default=SearchSettings.beam)
+    parser.add_argument("--horizon", type=int, nargs="+", default=[15])
+    parser.add_argument("--beam", type=int, default=20)
     parser.add_argument("--accel", type=float, default=float("inf"), help="m/s2; default: the paper's ideal motion")
     parser.add_argument("--only", nargs="+", choices=sorted(variants(SearchSettings())), help="default: all")
     arguments = parser.parse_args()
@@ -108,7 +109,7 @@ def main() -> int:
     for place in places:
         flown = replace(place, scenario=place.scenario.with_accel(arguments.accel))
         for horizon in arguments.horizon:
-            search = SearchSettings(horizon_slots=horizon, beam=arguments.beam)
+            search = replace(settings_for(flown.scenario), horizon_slots=horizon, beam=arguments.beam)
             for name, settings in variants(search).items():
                 if arguments.only is None or name in arguments.only:
                     kappa, median_ms = scores(flown, GcrlAgent(settings, evaluator), arguments.seeds)

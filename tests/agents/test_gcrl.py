@@ -19,7 +19,7 @@ from policy.world.arrays import FloatArray
 from policy.world.scenario import Area, Scenario
 from policy.world.state import initial_state
 
-NARROW = GcrlSettings(search=SearchSettings(horizon_slots=4, beam=8))
+NARROW = GcrlSettings(search=SearchSettings(horizon_slots=4, beam=8), use_value=True)
 SLOTS = 12
 
 
@@ -109,7 +109,12 @@ def test_it_tells_why(uavs: int) -> None:
 
 def test_each_learned_part_can_be_switched_off_and_matters() -> None:
     scenario, pos_enu_m = campaign()
-    variants = [NARROW, replace(NARROW, use_value=False), replace(NARROW, use_prediction=False)]
+    variants = [
+        NARROW,
+        replace(NARROW, use_value=False),
+        replace(NARROW, use_prediction=False),
+        replace(NARROW, blur_share=0.0),
+    ]
     plain = NARROW.without_network()
     assert not plain.use_value
     assert not plain.use_prediction

@@ -1,0 +1,110 @@
+"""Polished plans: never dearer, always flyable, and priced as the world prices them."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from policy.search.moves import make_moves
+from policy.search.planner import make_plan
+from policy.search.problem import Problem, make_problem
+from policy.search.settings import SearchSettings
+from policy.world.airspace import legal_moves
+from policy.world.geometry import pairwise_distance_m
+from policy.world.scenario import Area, Objective, Obstacle, Scenario
+from policy.world.state import JointAction, WorldState, initial_state
+from policy.world.transition import step
+
+COARSE = SearchSettings(horizon_slots=5, beam=6, num_headings=8, rebuilds=0, rounds=1)
+POLISHED = replace(COARSE, polish_sweeps=4)
+
+
+def scenario(num_uavs: int, obstacles: tuple[Obstacle, ...] = (), objective: Objective | None = None) -> Scenario:
+    area = Area((40.0, -86.0), (1200.0, 1100.0), obstacles)
+    launch = np.tile([[600.0, 600.0]], (num_uavs, 1))
+    return Scenario(area, launch, np.full(14, 0.02), objective=objective or Objective())
+
+
+def problem_of(place: Scenario, seed: int, how: SearchSettings, blur_m: float = 0.0) -> Problem:
+    rng = np.random.default_rng(seed)
+    users = rng.uniform(0.0, 1.0, (place.num_users, 2)) * np.asarray(place.area.size_m)
+    state = replace(initial_state(place, users), user_aoi_slots=rng.integers(1, 20, place.num_users).astype(np.float64))
+    blur = np.full((how.horizon_slots, place.num_users), blur_m)
+    return make_problem(place, make_moves(place, how), state, how, None, blur)
+
+
+def flown(problem: Problem, path_m: np.ndarray) -> tuple[float, WorldState]:
+    """A polished plan by the world's own rules: its price without what comes after, infinite where not legal."""
+    place, state, total = problem.scenario, problem.state, 0.0
+    for depth in range(path_m.shape[1]):
+        vel = (path_m[:, depth] - state.uav_pos_enu_m) / place.slot_s
+        if not np.all(legal_moves(state.uav_pos_enu_m, state.uav_vel_enu_mps, vel, place)):
+            return math.inf, state
+        action = JointAction(np.arctan2(vel[:, 0], vel[:, 1]), np.hypot(vel[:, 0], vel[:, 1]))
+        state, outcome = step(place, state, action, state.user_pos_enu_m)
+        slot = np.mean(state.user_aoi_slots) - problem.prices.cover * np.mean(outcome.served)
+        total += float(slot + problem.prices.energy * np.sum(outcome.energy_j))
+    return total, state
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000), num_uavs=st.integers(1, 3), thrift=st.sampled_from([0.0, 0.05]))
+def test_a_polished_plan_is_flyable_and_priced_by_the_world(seed: int, num_uavs: int, thrift: float) -> None:
+    place = scenario(num_uavs, objective=Objective(c_cover=1.0, c_energy=5.0))
+    problem = problem_of(place, seed, replace(POLISHED, thrift=thrift))
+    plan = make_plan(problem)
+    cost, end = flown(problem, plan.path_enu_m)
+    away_m = pairwise_distance_m(end.uav_pos_enu_m, end.user_pos_enu_m).min(axis=0)
+    gap_m = np.maximum(away_m - place.serving_radius_m, 0.0)
+    after = problem.prices.end * float(np.mean(end.user_aoi_slots * gap_m))
+    assert math.isclose(plan.value, cost + after, rel_tol=1e-3)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000), num_uavs=st.integers(1, 3), blur_m=st.sampled_from([0.0, 20.0]))
+def test_polishing_never_makes_a_plan_dearer(seed: int, num_uavs: int, blur_m: float) -> None:
+    place = scenario(num_uavs)
+    coarse, polished = (make_plan(problem_of(place, seed, how, blur_m)) for how in (COARSE, POLISHED))
+    assert polished.value <= coarse.value + 1e-4
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10_000))
+def test_polished_ways_keep_clear_of_obstacles(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    corners = rng.uniform(50.0, 400.0, 2) + rng.uniform(0.0, 100.0, (4, 2))
+    wall = Obstacle("wall", 150.0, tuple((float(e), float(n)) for e, n in corners))
+    problem = problem_of(scenario(2, (wall,)), seed, POLISHED)
+    assert math.isfinite(flown(problem, make_plan(problem).path_enu_m)[0])
+
+
+def test_polishing_gains_and_flies_at_many_speeds() -> None:
+    place = scenario(2)
+    values = [[make_plan(problem_of(place, s, how)).value for s in range(6)] for how in (COARSE, POLISHED)]
+    assert np.mean(values[1]) < np.mean(values[0])
+    speeds = make_plan(problem_of(place, 0, POLISHED)).first_action.speed_mps
+    assert np.all(speeds <= place.max_speed_mps + 1e-9)
+
+
+def test_a_kept_polished_plan_is_dropped_when_the_uav_is_elsewhere() -> None:
+    place = scenario(1)
+    problem = problem_of(place, 3, POLISHED)
+    plan = make_plan(problem)
+    kept = make_plan(problem, plan.shifted(0))
+    assert kept.value <= plan.value + 1e-6
+    moved = replace(problem.state, uav_pos_enu_m=problem.state.uav_pos_enu_m + 300.0)
+    elsewhere = make_problem(place, problem.moves, moved, POLISHED)
+    assert np.array_equal(make_plan(elsewhere, plan.shifted(0)).path_enu_m, make_plan(elsewhere).path_enu_m)
+
+
+def test_blur_prefers_a_user_in_the_middle_of_the_disc() -> None:
+    place = replace(scenario(1), collect_mbps=np.full(1, 0.02))
+    how = replace(POLISHED, horizon_slots=1)
+    state = initial_state(place, np.array([[600.0, 600.0 + place.serving_radius_m - 1.0]]))
+    moves, blur = make_moves(place, how), np.full((1, 1), 100.0)
+    sure, doubtful = (make_plan(make_problem(place, moves, state, how, None, b)) for b in (None, blur))
+    near_m = [float(np.linalg.norm(p.path_enu_m[0, 0] - state.user_pos_enu_m[0])) for p in (sure, doubtful)]
+    assert near_m[1] <= place.serving_radius_m - 100.0 + 1e-3
+    assert near_m[1] <= near_m[0]
