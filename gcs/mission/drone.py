@@ -4,7 +4,16 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from gcs.mission.script import Script
-from gcs.ports import CommandKind, CommandTicket, FleetLink, UavTrack, VehicleCommand, VehicleStatus, Verdict
+from gcs.ports import (
+    CommandKind,
+    CommandTicket,
+    FleetLink,
+    FlightMode,
+    UavTrack,
+    VehicleCommand,
+    VehicleStatus,
+    Verdict,
+)
 
 
 class Control(StrEnum):
@@ -46,6 +55,7 @@ class Drone:
     ticket: CommandTicket | None = None
     attempts: int = 0
     retry_at_s: float = 0.0
+    ordered_mode: FlightMode | None = None  # ours to fly by itself: seen before the ACK on a bad link
 
     @property
     def is_streamed(self) -> bool:

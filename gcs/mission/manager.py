@@ -185,7 +185,8 @@ class MissionManager:
 
     def _watch(self, campaign: Campaign, now_s: float) -> None:
         for drone in campaign.drones:
-            if drone.control is Control.GUIDED and not drone.halted:
+            obeys = drone.status is not None and drone.status.mode is drone.ordered_mode
+            if drone.control is Control.GUIDED and not drone.halted and not obeys:
                 dropout = control_lost(drone.status, now_s)
                 if dropout is not None:
                     self._drop(drone, dropout)

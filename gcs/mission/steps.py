@@ -82,9 +82,14 @@ class Order(Step):
     def begin(self, at: Moment) -> None:
         """Landing and returning are flown by the autopilot."""
         at.drone.forget_orders()
+        at.drone.ordered_mode = _FLOWN_BY_ITSELF.get(self.kind)
 
     def check(self, at: Moment) -> Done | Failed | None:
-        """Until the final verdict."""
+        """Until the final verdict, or until the vehicle is seen to obey: its answer may be lost."""
+        status = at.drone.status
+        if status is not None and at.drone.ticket is not None and status.mode is at.drone.ordered_mode:
+            at.drone.control = Control.AUTOPILOT
+            return Done()
         verdict = at.drone.order(self.kind, at.crew.link, at.now_s)
         if verdict is None:
             return None
@@ -210,6 +215,8 @@ class Down(Step):
             at.drone.order(CommandKind.DISARM, at.crew.link, at.now_s, attempts=10)
         return None
 
+
+_FLOWN_BY_ITSELF = {CommandKind.LAND: FlightMode.LAND, CommandKind.RETURN: FlightMode.RETURN}
 
 LAUNCH_STEPS: dict[str, tuple[Step, ...]] = {
     "px4": (
