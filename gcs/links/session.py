@@ -106,6 +106,8 @@ class VehicleSession:
             self.status = replace(self.status, parameters_settled=True)
 
     def _on_position(self, message: Any, now_s: float) -> None:
+        if message.lat == 0 and message.lon == 0:
+            return  # both autopilots say so before their first fix; late on a jittery link it would be a jump to Africa
         measured_s = self._boot_clock.measured_s(message.time_boot_ms / 1e3, now_s)
         if measured_s is not None:
             self.status = with_position(self.status, message, measured_s)

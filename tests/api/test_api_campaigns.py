@@ -133,3 +133,16 @@ def test_every_change_is_in_the_audit_log_with_its_author(
     assert keyed.store.journal.flush(WAIT_S)
     refused = operator.get("/api/v1/events", params={"kind": "api.refused"}).json()["events"]
     assert [(e["actor"], e["severity"]) for e in refused] == [("viewer", "caution")]
+
+
+def test_the_checklist_is_shown_and_only_an_admin_overrides_it(
+    keyed: Server, operator: httpx.Client, campaign_id: str
+) -> None:
+    shown = operator.get(f"/api/v1/campaigns/{campaign_id}/preflight").json()
+    assert not shown["ok"]
+    red = {line["check"] for line in shown["lines"] if line["grade"] == "red"}
+    assert {"ground", "position"} <= red, "the fake's drones fly already"
+    assert operator.post(f"/api/v1/campaigns/{campaign_id}/start?override=true").status_code == 403
+    with keyed.client(Role.ADMIN) as admin:
+        assert admin.post(f"/api/v1/campaigns/{campaign_id}/start?override=true").status_code == 202
+    assert [request.override for request in keyed.control.requests] == [True]

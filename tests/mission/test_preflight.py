@@ -46,7 +46,7 @@ def test_a_good_vehicle_is_green_in_every_line() -> None:
 @pytest.mark.parametrize(
     ("changes", "check", "grade", "words"),
     [
-        ({"heartbeat_s": 1.0}, "link", Grade.RED, "5 s"),
+        ({"heartbeat_s": 1.0, "position_s": 1.0}, "link", Grade.RED, "5 s"),
         ({"conflict": "a second vehicle has the same system id"}, "link", Grade.RED, "second vehicle"),
         ({"loss_ratio": 0.1}, "link", Grade.CAUTION, "10%"),
         ({"loss_ratio": 0.4}, "link", Grade.RED, "40%"),
