@@ -40,6 +40,18 @@ def test_the_report_as_json_and_as_csv(keyed: Server, operator: httpx.Client, ca
     ]
 
 
+def test_a_report_without_places_keeps_everything_else(keyed: Server, operator: httpx.Client, campaign_id: str) -> None:
+    fly(keyed, operator, campaign_id)
+    url = f"/api/v1/campaigns/{campaign_id}/report"
+    full = operator.get(url).json()["slots"][-1]["users"][0]
+    bare = operator.get(f"{url}?places=false").json()["slots"][-1]["users"][0]
+    assert full["east_m"] == 10.0
+    assert bare == full | {"east_m": None, "north_m": None}
+    row = next(r for r in operator.get(f"{url}?places=false&format=csv").text.splitlines() if ",user,u1," in r)
+    assert "10.0" not in row
+    assert operator.get(f"{url}?places=false&format=html").status_code == 422
+
+
 def test_the_report_as_a_page_runs_no_script(keyed: Server, operator: httpx.Client, campaign_id: str) -> None:
     fly(keyed, operator, campaign_id)
     answer = operator.get(f"/api/v1/campaigns/{campaign_id}/report", params={"format": "html"})

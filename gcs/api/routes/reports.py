@@ -1,7 +1,8 @@
 """A campaign's report, assembled from its recorded slots and events."""
 
+import math
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from enum import StrEnum
 
 from fastapi import APIRouter
@@ -34,10 +35,22 @@ class ReportFormat(StrEnum):
 
 
 @router.get("/report", response_class=Response)
-def report(campaign_id: CampaignId, context: Context, format: ReportFormat = ReportFormat.JSON) -> Response:  # noqa: A002 the contract's name
-    """Metrics, per-slot series and events; CSV as ``--trajectory`` writes it, HTML as one page."""
+def report(
+    campaign_id: CampaignId,
+    context: Context,
+    format: ReportFormat = ReportFormat.JSON,  # noqa: A002 the contract's name
+    places: bool = True,
+) -> Response:
+    """Metrics, per-slot series and events; CSV as ``--trajectory`` writes it, HTML as one page.
+
+    ``places=false`` leaves out where users were, which is personal data (JSON and CSV).
+    """
     record = require(context, campaign_id)
     slots = context.store.slots.of(campaign_id)
+    if not places and format is ReportFormat.HTML:
+        raise Problem(422, "places: an HTML report shows users on its map; ask for format=json or csv without places")
+    if not places:
+        slots = [_without_places(slot) for slot in slots]
     match format:
         case ReportFormat.JSON:
             return JSONResponse(_document(context, record, slots))
@@ -61,6 +74,11 @@ def _document(context: ApiContext, record: CampaignRecord, slots: Sequence[SlotR
             "events": [EventView(**asdict(event)).model_dump(mode="json") for event in _events(context, record)],
         }
     )
+
+
+def _without_places(slot: SlotRecord) -> SlotRecord:
+    users = tuple(replace(user, east_m=math.nan, north_m=math.nan) for user in slot.users)
+    return replace(slot, users=users)
 
 
 def _report_data(context: ApiContext, record: CampaignRecord, slots: Sequence[SlotRecord]) -> ReportData:
