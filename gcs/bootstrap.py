@@ -10,6 +10,7 @@ from gcs.mission.order import CampaignOrder, FlightSettings
 from gcs.mission.port_agent import PortAgent
 from gcs.mission.threaded_planner import ThreadedPlanner
 from gcs.ports import FleetLink, FlightClock, Journal, OperatorRequest, Planner, UserPlaces
+from gcs.safety.gate import compile_rules
 from policy.agents.base import Agent
 from policy.agents.registry import PolicyChoice
 from policy.evaluation.evaluate import policy_of
@@ -96,6 +97,7 @@ def make_loop(
     prepare: Callable[[OperatorRequest], CampaignOrder] | None = None,
 ) -> FlightLoop:
     """Manager and loop over a clock and a link."""
+    compile_rules()  # seconds on a cold cache: never while anything flies
     manager = MissionManager(link, journal, virtual=clock.is_virtual)
     return FlightLoop(clock, link, manager, journal, prepare)
 
