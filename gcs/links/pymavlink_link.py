@@ -13,7 +13,7 @@ from gcs.links.latency import LatencyMeter
 from gcs.links.loss import LossMeter
 from gcs.links.session import VehicleSession
 from gcs.links.tlog import TlogRecorder
-from gcs.links.transport import Peer, Transport, open_transport
+from gcs.links.transport import LinkError, Peer, Transport, open_transport
 from gcs.ports import CommandTicket, SafeSetpoint, VehicleCommand, VehicleStatus
 
 OWN_SYSTEM_ID: Final = 245  # not 255: another ground station there would keep ArduPilot's failsafe quiet for us
@@ -54,7 +54,7 @@ class PymavlinkFleetLink:
         try:
             for address in addresses:
                 self._transports.append(open_transport(address))
-        except Exception:
+        except LinkError:
             self.close()
             raise
         self._codec = mavlink.MAVLink(None, srcSystem=OWN_SYSTEM_ID, srcComponent=OWN_COMPONENT_ID)

@@ -23,7 +23,7 @@ def postgres_url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         yield given
         return
     if not is_installed():
-        pytest.skip("no PostgreSQL: install Debian's package postgresql, or set UCS_POSTGRES_URL")
+        pytest.fail("no PostgreSQL: install Debian's package postgresql, or set UCS_POSTGRES_URL")
     with postgres_server() as url:
         yield url
 
