@@ -85,10 +85,10 @@ class Order(Step):
 
     def check(self, at: Moment) -> Done | Failed | None:
         """Until the final verdict, or until the vehicle is seen to obey: its answer may be lost."""
-        if at.drone.obeys_already:
+        verdict = at.drone.order(self.kind, at.crew.link, at.now_s)  # first, so that an answer in time is logged
+        if verdict is None and at.drone.obeys_already:
             at.drone.control = Control.AUTOPILOT
             return Done()
-        verdict = at.drone.order(self.kind, at.crew.link, at.now_s)
         if verdict is None:
             return None
         if not verdict.accepted:
