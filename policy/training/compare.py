@@ -7,7 +7,7 @@ of the three presets.
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -40,9 +40,9 @@ class Place:
     pos_enu_m: FloatArray
 
 
-def real_places() -> Iterator[Place]:
-    """The three real sets, found as missions find them."""
-    for real in REAL_SETS:
+def real_places(only: Sequence[str] = ()) -> Iterator[Place]:
+    """The real sets, found as missions find them; ``only``: their names, none for all three."""
+    for real in (real for real in REAL_SETS if not only or real.file.removesuffix(".csv") in only):
         path = find_trace(real.file, None)
         traces = read_traces(path, area_size_m=real.area_size_m, num_samples=SLOTS + 1, slot_s=15.0)
         yield Place(real.file.removesuffix(".csv"), centred(real.area_size_m, traces.num_users), traces.pos_enu_m)
@@ -67,12 +67,13 @@ def centred(size_m: tuple[float, float], users: int, uavs: int = 2) -> Scenario:
 
 
 def variants(search: SearchSettings) -> dict[str, GcrlSettings]:
-    """The plain planner, each learned part alone, what flies, and that with the learned value as well."""
+    """The plain planner, what flies, what its forecast replaced, and what flies with the learned value as well."""
     whole = GcrlSettings(search=search)
+    by_rule = replace(whole, use_forecast=False)
     return {
         "plain": whole.without_network(),
-        "prediction": replace(whole, blur_share=0.0),
-        "value": replace(whole, use_value=True, use_prediction=False),
+        "rule": replace(by_rule, predicted_slots=0),
+        "f2": by_rule,
         "gcrl": whole,
         "gcrl+value": replace(whole, use_value=True),
     }
