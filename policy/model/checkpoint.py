@@ -67,13 +67,14 @@ def read_card(files: CheckpointFiles) -> Mapping[str, Any]:
     return card
 
 
-def load_evaluator(path: Path | str | None = None) -> NetworkEvaluator:
+def load_evaluator(path: Path | str | None = None, forecast: Path | None = None) -> NetworkEvaluator:
     """The exported network behind a checkpoint, checked against its card; CheckpointError otherwise.
 
-    With it comes the forecast of users' places: the folder's own ``forecast.safetensors``, else the shipped one.
+    With it comes the forecast of users' places: ``forecast``, else the folder's own ``forecast.safetensors``, else the
+    shipped one.
     """
     files = find_checkpoint(path)
     runner = OnnxRunner(files.graph)
     check_digest(files.graph, read_card(files)["sha256"].get("onnx"))
     own = files.graph.with_name(FORECAST_NAME)
-    return NetworkEvaluator(runner, load_forecaster(own if own.is_file() else DEFAULT_FORECAST))
+    return NetworkEvaluator(runner, load_forecaster(forecast or (own if own.is_file() else DEFAULT_FORECAST)))

@@ -13,7 +13,7 @@ import numpy as np
 from policy.mobility.traces import TraceError
 from policy.model.spec import SIMILARITIES, ModelSpec
 from policy.training.api import train
-from policy.training.forecast_data import real_names, real_place
+from policy.training.places import real_names, real_place
 from policy.training.samplers import AnyPlace, Mixture, OwnPlace, TraceSampler
 from policy.training.settings import TrainingError, TrainProgress, TrainSettings
 

@@ -26,9 +26,9 @@ from policy.model.forecast import FORECAST_SLOTS, LEAST_BLUR
 from policy.model.forecast_file import load_forecaster
 from policy.model.states import WALK_MPS
 from policy.training.card import card_head
-from policy.training.compare import Place, real_places, walker_places
-from policy.training.forecast_data import Examples, examples, real_examples, real_names, seen_at, walker_examples
+from policy.training.forecast_data import Examples, examples, real_examples, seen_at, walker_examples
 from policy.training.forecast_network import ForecastNetwork, ranked_score
+from policy.training.places import Place, real_names, real_place, walker_places
 from policy.training.settings import TrainingError
 from policy.world.arrays import FloatArray
 
@@ -132,6 +132,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, help="file to write, NAME.safetensors; its card goes beside it")
     parser.add_argument("--judge", type=Path, nargs="?", const=None, default=False, help="a file; default: the shipped")
     parser.add_argument("--traces", nargs="*", choices=real_names(), help="real sets (UCS_DATA_DIR); none named: all")
+    parser.add_argument("--half", action="store_true", help="learn from half of the real sets' users only")
     parser.add_argument("--crowds", type=int, default=600, help="synthetic crowds to learn from")
     parser.add_argument("--updates", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=0)
@@ -155,10 +156,11 @@ def _train(arguments: argparse.Namespace) -> None:
     begun_s = time.monotonic()
     names = arguments.traces if arguments.traces or arguments.traces is None else real_names()
     walkers = list(walker_examples(arguments.crowds, arguments.seed))
-    real = [real_examples(name) for name in names or ()]
+    real = [real_examples(name, 0 if arguments.half else None) for name in names or ()]
     told = {"updates": arguments.updates, "seed": arguments.seed}
     network = train_forecast(walkers, real, device=arguments.device, tell=_tell, **told)
-    also = f"; half of each batch from the real sets {', '.join(names)}" if names else "; no real trace"
+    users = "half of the users of " if arguments.half else ""
+    also = f"; half of each batch from {users}the real sets {', '.join(names)}" if names else "; no real trace"
     data = f"{arguments.crowds} crowds of synthetic walkers of random kind{also}"
     save_forecast(network, arguments.out, data=data, seconds=time.monotonic() - begun_s, **told)
 
@@ -170,7 +172,7 @@ def _tell(update: int, score: float) -> None:
 
 
 def _print_judged(path: Path | None, traces: Sequence[str] | None) -> None:
-    places = walker_places() if traces is None else real_places(only=traces)
+    places = walker_places() if traces is None else map(real_place, traces or real_names())
     sys.stdout.write("| users | forecast | 1 | 3 | 6 | 10 | 15 slots ahead | mean |\n" + "| --- " * 8 + "|\n")
     for place in places:
         for name, score_m in judge(place, path).items():

@@ -1,17 +1,15 @@
 """What the forecast of users' places learns from: moments of crowds, and where everybody went."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from policy.mobility.presets import REAL_SETS
-from policy.mobility.traces import TraceError
 from policy.model.features import Float32Array
 from policy.model.forecast import FORECAST_SLOTS
 from policy.model.forecast_features import FORECAST_FEATURES, HISTORY_SLOTS, Seen, forecast_features, turned
 from policy.model.states import WALK_MPS
-from policy.training.compare import Place, real_places
+from policy.training.places import real_place
 from policy.training.samplers import AnyPlace
 from policy.world.arrays import FloatArray, IntArray
 
@@ -63,23 +61,8 @@ def walker_examples(crowds: int, seed: int) -> Iterator[Examples]:
         yield examples(pos_enu_m, scenario.slot_s, moments)
 
 
-def real_examples(name: str) -> Examples:
-    """All moments of a real set. TraceError where it is not at hand."""
-    place = real_place(name)
+def real_examples(name: str, half: int | None = None) -> Examples:
+    """All moments of a real set, or of one half of its users. TraceError where it is not at hand."""
+    place = real_place(name, half)
     moments = np.arange(place.pos_enu_m.shape[0] - FORECAST_SLOTS)
     return examples(place.pos_enu_m, place.scenario.slot_s, moments)
-
-
-def real_place(name: str) -> Place:
-    """A real set's campaign with each path once; TraceError where it is not at hand."""
-    for place in real_places(only=(name,)):
-        _, first = np.unique(np.round(place.pos_enu_m, 2), axis=1, return_index=True)
-        kept = np.sort(first)
-        scenario = replace(place.scenario, collect_mbps=place.scenario.collect_mbps[kept])
-        return replace(place, scenario=scenario, pos_enu_m=place.pos_enu_m[:, kept])
-    raise TraceError(f"{name}: no such real set; choose of {', '.join(real_names())}")
-
-
-def real_names() -> tuple[str, ...]:
-    """Of the sets that `docs/mobility.md` tells of."""
-    return tuple(real.file.removesuffix(".csv") for real in REAL_SETS)
