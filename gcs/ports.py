@@ -388,6 +388,8 @@ class DecisionRecord:
     heading_rad: tuple[float, ...]
     speed_mps: tuple[float, ...]
     duration_ms: float | None
+    end_heading_rad: tuple[float, ...] | None = None  # at which the slot is to be left, where not as commanded
+    end_speed_mps: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from gcs.mission.drone import Drone, Goal
 from gcs.mission.order import CampaignOrder
 from gcs.ports import DecisionRecord, PlanFailure, PlanTicket, SlotRecord, UavPlan, UavTrack, VelocitySetpoint
 from policy.agents.base import Decision
-from policy.world.arrays import FloatArray
+from policy.world.arrays import Array, FloatArray
 from policy.world.metrics import Metrics
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState
@@ -122,6 +122,8 @@ class SlotFlight:
             active=tuple(map(bool, asked.uav_active)),
             heading_rad=tuple(map(float, decision.action.heading_rad)),
             speed_mps=tuple(map(float, decision.action.speed_mps)),
+            end_heading_rad=_numbers(decision.action.end_heading_rad),
+            end_speed_mps=_numbers(decision.action.end_speed_mps),
             duration_ms=self.decision_ms,
         )
 
@@ -254,6 +256,7 @@ class SlotFlight:
             max_accel_mps2=self.scenario.max_accel_mps2,
             slot_s=self._slot_start_s + self.scenario.slot_s - self._plan_start_s,
             start_s=self._plan_start_s,
+            vel_end_mps=answer.action.end_vel_enu_mps,
         )
         heading, speed = answer.action.heading_rad, answer.action.speed_mps
         self._plans = tuple(
@@ -278,9 +281,22 @@ class SlotFlight:
         return FleetState(self._last_place_m.copy(), velocities, self._energy_j, np.array(active, dtype=np.bool_))
 
 
+def _numbers(values: Array | None) -> tuple[float, ...] | None:
+    return None if values is None else tuple(map(float, values))
+
+
 def decision_fault(decision: Decision, num_uavs: int, max_speed_mps: float) -> str | None:
-    """Why a decision cannot be flown, or None: shape, numbers, limits."""
-    heading, speed = np.asarray(decision.action.heading_rad), np.asarray(decision.action.speed_mps)
+    """Why a decision cannot be flown, or None: shape, numbers, limits; of the velocities at the slot's end as well."""
+    action = decision.action
+    fault = _velocity_fault(action.heading_rad, action.speed_mps, num_uavs, max_speed_mps)
+    if fault is not None or action.end_heading_rad is None:
+        return fault
+    fault = _velocity_fault(action.end_heading_rad, action.end_speed_mps, num_uavs, max_speed_mps)
+    return None if fault is None else f"at the slot's end {fault}"
+
+
+def _velocity_fault(headings_rad: Array, speeds_mps: Array, num_uavs: int, max_speed_mps: float) -> str | None:
+    heading, speed = np.asarray(headings_rad), np.asarray(speeds_mps)
     if heading.shape != (num_uavs,) or speed.shape != (num_uavs,):
         return f"the decision has shapes {heading.shape} and {speed.shape}, not ({num_uavs},) twice"
     if heading.dtype.kind not in "fiu" or speed.dtype.kind not in "fiu":

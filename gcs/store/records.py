@@ -88,7 +88,8 @@ def recorded_checkpoint(document: Mapping[str, Any]) -> Checkpoint:
 def recorded_decision(document: Mapping[str, Any]) -> DecisionRecord:
     """A decision as stored; JSON keeps every bit of a double."""
     pairs = {name: tuple(map(tuple, document[name])) for name in ("pos_enu_m", "vel_enu_mps")}
-    rows = {name: tuple(document[name]) for name in ("energy_left_j", "active", "heading_rad", "speed_mps")}
+    names = ("energy_left_j", "active", "heading_rad", "speed_mps", "end_heading_rad", "end_speed_mps")
+    rows = {name: tuple(document[name]) for name in names if document.get(name) is not None}
     return DecisionRecord(**dict(document) | pairs | rows)
 
 
