@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from policy.agents.base import Decision, Explanation
+from policy.agents.gcrl_tree import TreePilot
 from policy.model.checkpoint import load_evaluator
 from policy.model.evaluator import Evaluator
 from policy.model.forecast_features import HISTORY_SLOTS
@@ -20,6 +21,7 @@ from policy.model.history import StepHistory
 from policy.model.states import STEPS, StateBatch, Units, push_step, stack_states
 from policy.search.explain import explain
 from policy.search.moves import Moves, make_moves
+from policy.search.paper_tree import TreeSettings
 from policy.search.plan import Kept, Plan
 from policy.search.planner import make_plan
 from policy.search.problem import make_problem
@@ -46,12 +48,13 @@ class GcrlSettings:
     use_forecast: bool = True  # places and doubt as forecast for every slot of the horizon; else by f_2 and a rule:
     predicted_slots: int = 3  # asked of the network one after the other; then users are taken to stay
     blur_share: float = 0.5  # of a user's mean way a slot: how far off the first prediction may be; 0: certain
+    tree: TreeSettings | None = None  # the paper's own search instead of the beam; the rest then does not matter ...
+    next_state: str = "exact"  # ... but this: ``policy.search.next_state.NEXT_STATES``, asked by the tree
 
     @classmethod
-    def paper(cls, depth: int = 3) -> "GcrlSettings":
-        """The paper's experiments: nine actions, N = 3, learned prediction and value (Section VII-C)."""
-        search = SearchSettings(horizon_slots=depth, beam=81, rounds=2, num_headings=8, speed_shares=(1.0,))
-        return cls(search=search, use_value=True, use_forecast=False, predicted_slots=depth, blur_share=0.0)
+    def paper(cls, depth: int = 3, next_state: str = "learned") -> "GcrlSettings":
+        """The paper's experiments: nine actions, N = 3, learned next states and value, Eq. 12-14 (Section VII-C)."""
+        return cls(use_value=True, use_forecast=False, tree=TreeSettings(depth), next_state=next_state)
 
     @classmethod
     def for_training(cls, horizon_slots: int, beam: int) -> "GcrlSettings":
@@ -78,6 +81,7 @@ class GcrlAgent:
         self._search: SearchSettings
         self._moves: Moves
         self._plan: Plan | None = None
+        self._pilot: TreePilot | None = None
         self._history = StepHistory(HISTORY_SLOTS)
 
     @classmethod
@@ -88,6 +92,10 @@ class GcrlAgent:
     def reset(self, scenario: Scenario, seed: int) -> None:
         """Tabulate the moves, and compile the search now rather than in the first slot."""
         self._scenario, self._units = scenario, Units.of(scenario)
+        tree = self._settings.tree
+        if tree is not None:
+            kind = self._settings.next_state
+            self._pilot = TreePilot(scenario, tree, kind, self._evaluator, self._units)
         self._search = self._settings.search or settings_for(scenario)
         self._moves = make_moves(scenario, self._search)
         self._forget()
@@ -102,6 +110,10 @@ class GcrlAgent:
             raise RuntimeError("decide() before reset(): the agent does not know its campaign")
         self._history.see(state)
         now = stack_states([state], self._history.steps_m[None, :, :STEPS])
+        if self._pilot is not None:
+            decision = self._pilot.decide(now)
+            told = self._explain(now, self._evaluator.predict_users(now, self._units))
+            return replace(decision, explanation={**decision.explanation, **told})
         predicted_m, blur_m = self._users_ahead(state, now)
         problem = make_problem(self._scenario, self._moves, state, self._search, predicted_m, blur_m)
         leaf = _LeafValue(self._evaluator, self._units) if self._settings.use_value else None
