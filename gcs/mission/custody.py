@@ -33,10 +33,19 @@ def link_gap(status: VehicleStatus, now_s: float) -> bool:
     return deaf or now_s - heard_s > timeout_s
 
 
+def is_unreachable(drone: Drone, now_s: float) -> bool:
+    """Nothing is heard of it, or it fell out of our stream and does not answer: it cannot be taken back yet."""
+    status = drone.status
+    if status is None or is_link_lost(status, now_s):
+        return True
+    fallen_out = drone.control is Control.GUIDED and status.mode_name in STREAM_LOST_MODES
+    return fallen_out and not drone.halted and link_gap(status, now_s)
+
+
 def judge_custody(drone: Drone, state: CampaignState, now_s: float, stalled_s: float) -> DropOut | None:
     """What has become of a drone that is ours; None: nothing. ``stalled_s``: when this machine last stalled."""
     status = drone.status
-    if status is None or is_link_lost(status, now_s):
+    if status is None or is_unreachable(drone, now_s):
         return _silence(drone, now_s) if drone.is_streamed else None
     if drone.control is Control.AUTOPILOT:
         return _by_autopilot(drone, status, state)
@@ -58,7 +67,7 @@ def _in_another_mode(status: VehicleStatus, *, gap: bool) -> DropOut:
 
 def _silence(drone: Drone, now_s: float) -> DropOut | None:
     if drone.silent_s is None:
-        return DropOut(Fate.SILENT, "nothing is heard of it; it is told to hold and waited for")
+        return DropOut(Fate.SILENT, "its link is dead; it is told to hold and waited for")
     if now_s - drone.silent_s <= SILENT_GIVE_UP_S:
         return None
     words = f"its link is lost for more than {SILENT_GIVE_UP_S:.0f} s; told to return, its own failsafe flies it"

@@ -8,10 +8,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from gcs.fleet.track import is_link_lost, make_track
+from gcs.fleet.track import make_track
 from gcs.mission.campaign import Campaign
 from gcs.mission.campaign_log import CampaignLog
-from gcs.mission.custody import judge_custody, link_gap
+from gcs.mission.custody import is_unreachable, judge_custody, link_gap
 from gcs.mission.drone import Control, Drone
 from gcs.mission.emergency import EmergencyStop
 from gcs.mission.fates import after_stop, bring_down, halt, let_go, order_return, send_home, take_back
@@ -251,7 +251,7 @@ class MissionManager:
             self._move(Trigger.LAST_SLOT)
             self._begin_recovery()
         else:
-            self._check_fitness(campaign)
+            self._check_batteries(campaign)
 
     def _watch(self, campaign: Campaign, now_s: float) -> None:
         """Who flies each drone that is ours."""
@@ -259,7 +259,9 @@ class MissionManager:
             if drone.control is Control.RELEASED or drone.landed:
                 continue
             found = judge_custody(drone, campaign.state, now_s, self._stalled_s)
-            heard = drone.silent_s is not None and drone.status is not None and not is_link_lost(drone.status, now_s)
+            if found is None and drone.active and drone.status is not None:
+                found = motor_failed(drone.status)
+            heard = drone.silent_s is not None and not is_unreachable(drone, now_s)
             if found is None and not heard:
                 continue
             if heard:
@@ -319,7 +321,7 @@ class MissionManager:
             drone.active = True
         campaign.slots = SlotFlight(campaign.order, campaign.scenario, campaign.drones, now_s, virtual=self._virtual)
         self._log.slot(campaign, campaign.slots.latest)
-        self._check_fitness(campaign)
+        self._check_batteries(campaign)
 
     def _fly(self, campaign: Campaign, now_s: float) -> None:
         slots = campaign.slots
@@ -338,17 +340,15 @@ class MissionManager:
             self._move(Trigger.LAST_SLOT)
             self._begin_recovery()
         else:
-            self._check_fitness(campaign)
+            self._check_batteries(campaign)
 
-    def _check_fitness(self, campaign: Campaign) -> None:
+    def _check_batteries(self, campaign: Campaign) -> None:
         """Before each slot: who can fly it and still come home."""
         reserve = campaign.order.settings.battery_reserve
         for drone in campaign.drones:
             if not drone.active or drone.status is None or drone.track is None or drone.pad_m is None:
                 continue
-            dropout = motor_failed(drone.status) or battery_low(
-                drone.status, drone.track, drone.pad_m, campaign.scenario, reserve
-            )
+            dropout = battery_low(drone.status, drone.track, drone.pad_m, campaign.scenario, reserve)
             if dropout is not None:
                 self._drop(drone, dropout)
 
