@@ -102,7 +102,18 @@ def test_repeats_and_reordering_are_not_loss() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "udpout:x", "serial:/dev/x:1", "udpin::5", "udpin:h:0", "tcp:h:70000", "udpin:h:a"]
+    "text",
+    [
+        "",
+        "udpout:x",
+        "serial:/dev/x:1",
+        "serial:/dev/x:y",
+        "usb:/dev/x:1",
+        "udpin::5",
+        "udpin:h:0",
+        "tcp:h:70000",
+        "udpin:h:a",
+    ],
 )
 def test_bad_addresses_say_how_to_write_one(text: str) -> None:
     with pytest.raises(LinkError, match=r"write"):
