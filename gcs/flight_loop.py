@@ -134,6 +134,8 @@ class FlightLoop:
         self._send(safe, now_s)
         self._settle_commands(now_s)
         self._link.flush(now_s)
+        for notice in self._link.drain_notices():
+            self._journal.record(Event(now_s, "link.notice", notice, Severity.WARNING))
         return self._publish(now_s)
 
     def start(self, order: CampaignOrder, actor: str = "system") -> None:

@@ -225,6 +225,9 @@ class FleetLink(Protocol):
     def flush(self, now_s: float) -> None:
         """Heartbeats, repeats and requests that are due."""
 
+    def drain_notices(self) -> tuple[str, ...]:
+        """What an operator should know about the links, since the last call."""
+
     def close(self) -> None:
         """Release sockets."""
 

@@ -159,6 +159,7 @@ class FakeFleet:
         self.status: dict[int, VehicleStatus] = {}
         self.sent: list[tuple[float, SafeSetpoint]] = []
         self.flushes = 0
+        self.notices: list[str] = []
         self._answered_s: dict[int, float] = {}
         self.commands: list[VehicleCommand] = []
 
@@ -205,6 +206,10 @@ class FakeFleet:
 
     def flush(self, now_s: float) -> None:
         self.flushes += 1
+
+    def drain_notices(self) -> tuple[str, ...]:
+        notices, self.notices = tuple(self.notices), []
+        return notices
 
     def close(self) -> None:
         self.fleet.clear()
