@@ -26,6 +26,8 @@ _POS_HORIZ_ABS: Final = 16  # the same bit in ESTIMATOR_STATUS_FLAGS and EKF_STA
 _EKF_CONST_POS: Final = 128  # EKF_CONST_POS_MODE: no position at all
 _CAPABILITY_PARAM_C_CAST: Final = 131_072  # MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
 _TEXTS_KEPT: Final = 20
+_MOTOR_WORDS: Final = ("motor failure", "potential thrust loss")
+"""PX4's failure detector and ArduPilot's thrust check; their health flags do not tell."""
 
 
 class Send(Protocol):
@@ -47,6 +49,7 @@ class VehicleSession:
         self._joiner = TextJoiner()
         self._estimator_ok = False
         self._prearm_ok = False
+        self._motors_lost = False
         self._bytewise_params: bool | None = None
 
     @property
@@ -60,6 +63,8 @@ class VehicleSession:
         update = UPDATES.get(name)
         if update is not None:
             self.status = update(self.status, message)
+            if self._motors_lost:
+                self.status = replace(self.status, motors_ok=False)
         match name:
             case "HEARTBEAT":
                 self.status = with_heartbeat(self.status, message, now_s)
@@ -73,6 +78,9 @@ class VehicleSession:
                 self._on_ack(message, now_s)
             case "PARAM_VALUE":
                 self._on_param(message)
+            case "SYSTEM_TIME" if message.time_unix_usec > 0:
+                offset_s = message.time_unix_usec / 1e6 - now_s
+                self.status = replace(self.status, clock_offset_s=offset_s)
             case "AUTOPILOT_VERSION":
                 self._bytewise_params = not message.capabilities & _CAPABILITY_PARAM_C_CAST
             case _:
@@ -97,6 +105,8 @@ class VehicleSession:
             transaction.step(now_s, self.status, partial(_send_long, send))
             if transaction.done:
                 del self._commands[number]
+        for message_id in self._subscriptions.once(self.status.autopilot, now_s):
+            _send_long(send, LongCommand(512, (float(message_id), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)), 0)
         missing, streams = self._subscriptions.due(self.status.autopilot, now_s)
         for message_id, rate_hz in missing:
             _send_long(send, _interval(message_id, rate_hz), 0)
@@ -131,7 +141,8 @@ class VehicleSession:
         if text is None:
             return
         self._texts.append(text)
-        self.status = replace(self.status, texts=tuple(self._texts))
+        self._motors_lost |= any(words in text.lower() for words in _MOTOR_WORDS)
+        self.status = replace(self.status, texts=tuple(self._texts), motors_ok=not self._motors_lost)
         for transaction in self._commands.values():
             transaction.on_text(text)
 
