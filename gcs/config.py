@@ -9,14 +9,17 @@ speedup = 1.0          # flight seconds a second: other than 1 only with simulat
 [store]
 url = "sqlite:///gcs-data/gcs.db"     # or postgresql://USER:PASSWORD@HOST/NAME
 [drones]
-1 = "udpout:127.0.0.1:14540"          # system id = address
+1 = "udpout:127.0.0.1:14540"          # system id = address; several links with commas between
+[link]
+library = "pymavlink"                 # or mavsdk
+signing_key = "signing.hex"           # 64 hex digits, chmod 600: sign all, believe nothing unsigned
 [policy]
 url = "http://127.0.0.1:8090"         # decide at `policy serve`; left out: in this process
 """
 
 import tomllib
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -56,12 +59,20 @@ class PolicySection(Section):
     url: Annotated[str, Field(pattern=r"^https?://.+")] | None = None
 
 
+class LinkSection(Section):
+    """How vehicles are talked to."""
+
+    library: Literal["pymavlink", "mavsdk"] = "pymavlink"
+    signing_key: Path | None = None
+
+
 class ServerConfig(Section):
     """The whole file."""
 
     server: ServerSection = ServerSection()
     store: StoreSection = StoreSection()
     drones: dict[SystemId, Annotated[str, Field(min_length=1)]] = {}
+    link: LinkSection = LinkSection()
     policy: PolicySection = PolicySection()
 
 

@@ -134,6 +134,8 @@ class FlightLoop:
         self._send(safe, now_s)
         self._settle_commands(now_s)
         self._link.flush(now_s)
+        for notice in self._link.drain_notices():
+            self._journal.record(Event(now_s, "link.notice", notice, Severity.WARNING))
         return self._publish(now_s)
 
     def start(self, order: CampaignOrder, actor: str = "system") -> None:
@@ -144,9 +146,9 @@ class FlightLoop:
         """Go on with a campaign of a process before; to be called before :meth:`run`."""
         self._manager.take_up(order, resumption, self._clock.now_s())
 
-    def latch_stop(self) -> None:
-        """The emergency stop was latched when the process before ended; to be called before :meth:`run`."""
-        self._manager.emergency.press()
+    def latch_stop(self, system_id: int | None = None) -> None:
+        """The emergency stop, for all or one, was latched when the process before ended; before :meth:`run`."""
+        self._manager.emergency.press(system_id)
 
     def _wait(self) -> float:
         self._clock.wait_until(self._next_s)
@@ -185,6 +187,7 @@ class FlightLoop:
             vehicles=tuple(self._manager.vehicles.values()),
             campaign=self._manager.snapshot(now_s),
             stopped=self._manager.emergency.latched,
+            stopped_ids=tuple(sorted(self._manager.emergency.ones)),
             setpoint_period_s=period_s,
         )
         return self._snapshot
@@ -214,9 +217,9 @@ class FlightLoop:
             self._preflight(job.order, request, now_s)
             manager.start(job.order, now_s, request.actor)
         elif request.kind is RequestKind.EMERGENCY_STOP:
-            manager.stop(now_s, request.actor)
+            manager.stop(now_s, request.actor, request.system_id)
         elif request.kind is RequestKind.RESET_STOP:
-            manager.reset_stop(now_s, request.actor)
+            manager.reset_stop(now_s, request.actor, request.system_id)
         else:
             self._check_campaign(request)
             actions = {
@@ -254,7 +257,7 @@ class FlightLoop:
         command = job.request.command
         if command is None:
             raise Refused("a command request needs a command")
-        if self._manager.emergency.latched and command.kind in _FORBIDDEN_WHEN_STOPPED:
+        if self._manager.emergency.stops(command.system_id) and command.kind in _FORBIDDEN_WHEN_STOPPED:
             raise Refused("the emergency stop is latched; reset it first")
         if self._manager.holds(command.system_id):
             if command.kind not in _ON_CAMPAIGN_DRONES:

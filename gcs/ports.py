@@ -53,6 +53,17 @@ class VehicleLimits:
 
 
 @dataclass(frozen=True)
+class LinkQuality:
+    """One way to a vehicle: share of messages lost, round trip by TIMESYNC, and when it was last heard there."""
+
+    address: str
+    loss_ratio: float = 0.0
+    latency_s: float | None = None
+    heard_s: float = 0.0
+    primary: bool = False  # what is heard there counts; the others stand by
+
+
+@dataclass(frozen=True)
 class VehicleStatus:
     """The newest of everything a vehicle said. Times are on the flight clock; None: never heard."""
 
@@ -83,6 +94,13 @@ class VehicleStatus:
     parameters_settled: bool = False  # each has come or was asked for in vain
     conflict: str = ""  # another vehicle uses the same system id
     latency_s: float | None = None  # round trip by TIMESYNC, smoothed
+    answered_s: float | None = None  # when it last answered us: the way up works too
+    links: tuple[LinkQuality, ...] = ()  # every link to it, the one in use first
+    version: str = ""  # of its firmware, such as 1.15.4
+    clock_offset_s: float | None = None  # its UTC less ours
+    motors_ok: bool = True  # by its own health flags
+    satellites_ok: bool = True  # likewise
+    wind_mps: float | None = None  # as the vehicle estimates it; None: it does not say
 
 
 STALE_AFTER_S = 1.0  # PX4's COM_OF_LOSS_T: an older position is no base for a velocity
@@ -128,12 +146,13 @@ class CommandKind(StrEnum):
 
 @dataclass(frozen=True)
 class VehicleCommand:
-    """An order to one vehicle; ``altitude_m`` above home for a take-off."""
+    """An order to one vehicle; ``altitude_m`` above home for a take-off; ``urgent``: over all its links, fast."""
 
     kind: CommandKind
     system_id: int
     altitude_m: float | None = None
     force: bool = False
+    urgent: bool = False
 
 
 class VerdictResult(StrEnum):
@@ -205,6 +224,9 @@ class FleetLink(Protocol):
 
     def flush(self, now_s: float) -> None:
         """Heartbeats, repeats and requests that are due."""
+
+    def drain_notices(self) -> tuple[str, ...]:
+        """What an operator should know about the links, since the last call."""
 
     def close(self) -> None:
         """Release sockets."""
@@ -457,7 +479,8 @@ class FlightSnapshot:
     tick: int
     vehicles: tuple[VehicleStatus, ...] = ()
     campaign: CampaignSnapshot | None = None  # the one being flown, or the last one
-    stopped: bool = False  # emergency stop latched
+    stopped: bool = False  # emergency stop latched for all
+    stopped_ids: tuple[int, ...] = ()  # drones stopped one by one
     setpoint_period_s: float | None = None  # newest, on the wall clock
 
 
@@ -483,6 +506,7 @@ class OperatorRequest:
     mission: Mission | None = None  # with START
     command: VehicleCommand | None = None  # with COMMAND
     override: bool = False  # with START: an admin takes off in spite of red pre-flight lines
+    system_id: int | None = None  # with EMERGENCY_STOP and RESET_STOP: this drone only
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import argparse
 import secrets
 import sys
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +20,7 @@ from gcs.cli.errors import complain
 from gcs.cli.restart import Restart, close
 from gcs.clock import RealClock
 from gcs.config import ConfigError, ServerConfig, check_config, load_config
-from gcs.links.pymavlink_link import PymavlinkFleetLink
+from gcs.links.opening import open_link
 from gcs.links.transport import LinkError
 from gcs.ports import FlightControl
 from gcs.store.engine import StoreError
@@ -115,7 +115,7 @@ def _flight(config: ServerConfig, store: Store, live: LiveCampaigns) -> Iterator
         yield IdleControl()
         return
     prepare = make_preparer(tuple(config.drones), policy_url=config.policy.url, live=live.enrol)
-    link = PymavlinkFleetLink(_addresses(config.drones), {address: i for i, address in config.drones.items()})
+    link = open_link(config.drones, config.link.library, signing_key=config.link.signing_key)
     clock = RealClock(config.server.speedup)
     loop = make_loop(clock, link, store.journal, prepare)
     Restart(store, loop, clock, prepare, config.server.speedup, live.bring_back).run()
@@ -127,11 +127,6 @@ def _flight(config: ServerConfig, store: Store, live: LiveCampaigns) -> Iterator
         loop.stop()
         thread.join(5.0)
         link.close()
-
-
-def _addresses(drones: Mapping[int, str]) -> list[str]:
-    """Each once: several vehicles may share a port."""
-    return list(dict.fromkeys(drones.values()))
 
 
 def _warn_of_drones_in_the_air(flight: FlightControl) -> None:
