@@ -27,6 +27,7 @@ from gcs.api.routes import (
     health,
     keys,
     live,
+    recordings,
     reports,
     series,
     session,
@@ -75,8 +76,8 @@ def create_app(
 
 
 def _include_routes(app: FastAPI) -> None:
-    rooms = (campaigns, reports, series, explanations, dry_runs, live, drones, shelf, events, acknowledgements, keys)
-    for module in (*rooms, session):
+    looking = (reports, recordings, series, explanations, dry_runs, shelf, events)
+    for module in (campaigns, *looking, live, drones, acknowledgements, keys, session):
         app.include_router(module.router, prefix="/api/v1", dependencies=[Security(BEARER)], responses=PROBLEMS)
     app.include_router(stream.router, prefix="/api/v1")
     app.include_router(health.router)
