@@ -10,6 +10,9 @@ speedup = 1.0          # flight seconds a second: other than 1 only with simulat
 url = "sqlite:///gcs-data/gcs.db"     # or postgresql://USER:PASSWORD@HOST/NAME
 [drones]
 1 = "udpout:127.0.0.1:14540"          # system id = address
+[map]
+tiles = "https://tiles.example.org/{z}/{x}/{y}.png"   # or: pmtiles = "campus.pmtiles"; neither: plain background
+attribution = "who made the map"
 [policy]
 url = "http://127.0.0.1:8090"         # decide at `policy serve`; left out: in this process
 """
@@ -18,7 +21,7 @@ import tomllib
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 DEFAULT_STORE = "sqlite:///gcs-data/gcs.db"
 SystemId = Annotated[int, Field(ge=1, le=250)]  # MAVLink: above are ground stations
@@ -56,6 +59,24 @@ class PolicySection(Section):
     url: Annotated[str, Field(pattern=r"^https?://.+")] | None = None
 
 
+class MapSection(Section):
+    """What lies under the campaign on the page's map: nothing, tiles of another server, or a PMTiles file here."""
+
+    tiles: Annotated[str, Field(pattern=r"^https?://[^/\s'\";,]+/[^\s]*$")] | None = None
+    pmtiles: Path | None = None
+    attribution: Annotated[str, Field(max_length=200)] = ""
+
+    @model_validator(mode="after")
+    def _one_and_readable(self) -> "MapSection":
+        if self.tiles is not None and self.pmtiles is not None:
+            raise ValueError("tiles and pmtiles exclude each other; leave one out")
+        if self.tiles is not None and not all(part in self.tiles for part in ("{z}", "{x}", "{y}")):
+            raise ValueError("tiles must name {z}, {x} and {y}")
+        if self.pmtiles is not None and not self.pmtiles.is_file():
+            raise ValueError(f"pmtiles: there is no file {self.pmtiles}")
+        return self
+
+
 class ServerConfig(Section):
     """The whole file."""
 
@@ -63,6 +84,7 @@ class ServerConfig(Section):
     store: StoreSection = StoreSection()
     drones: dict[SystemId, Annotated[str, Field(min_length=1)]] = {}
     policy: PolicySection = PolicySection()
+    map: MapSection = MapSection()
 
 
 def load_config(path: Path | None) -> ServerConfig:

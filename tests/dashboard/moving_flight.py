@@ -240,6 +240,8 @@ class MovingFlight:
             lat_deg=self._origin_deg[0] + 0.0054,
             lon_deg=self._origin_deg[1] + 0.0106,
             alt_home_m=0.0,
+            home_lat_deg=self._origin_deg[0] + 0.0054,
+            home_lon_deg=self._origin_deg[1] + 0.0106,
             battery_fraction=self.battery.get(system_id, 0.82),
             heartbeat_s=heard_s,
             position_s=heard_s,

@@ -37,7 +37,7 @@ def control(page: Page, name: str) -> Locator:
 def fly_demo(page: Page, policy: str = "random") -> None:
     sign_in(page)
     page.get_by_label("Mission").select_option("demo")
-    page.get_by_label("Policy").select_option(policy)
+    page.get_by_label("Policy", exact=True).select_option(policy)
     page.get_by_role("button", name="Create").click()
     hold(page, control(page, "^Start demo"))
     expect(page.get_by_test_id("campaign-state")).to_have_text("flying")

@@ -25,7 +25,7 @@ export interface Moving {
 
 const LOOK_COLORS: Record<DroneLook, string> = { normal: "drone", stale: "drone-stale", caution: "caution", warning: "warning" };
 const PICK_PX = 22;
-const FONT = "700 15px system-ui, 'DejaVu Sans', sans-serif";
+const FONT = "700 14px 'Inter Variable', system-ui, 'DejaVu Sans', sans-serif";
 
 export class Overlay {
   private readonly canvas = document.createElement("canvas");

@@ -8,14 +8,16 @@ import { ConnectionBanner } from "./ConnectionBanner";
 import { Curves } from "./Curves";
 import { Events } from "./Events";
 import { Fleet } from "./Fleet";
+import { ReplayBar } from "./ReplayBar";
 import { TopBar } from "./TopBar";
 
 export function App() {
   return (
-    <div class={`page${state.live.value ? "" : " old"}`}>
+    <div class={`page${state.current.value ? "" : " old"}${state.replaying.value ? " recorded" : ""}`}>
       <TopBar />
       <ConnectionBanner />
       <Alerts />
+      <ReplayBar />
       <main>
         <div class="left">
           <MapPanel />
