@@ -46,6 +46,13 @@ class Events:
         with Session(self.engine) as session:
             return [event_record(row) for row in session.scalars(query)]
 
+    def during(self, campaign_id: str, first: datetime, last: datetime, limit: int) -> Sequence[EventRecord]:
+        """All of a campaign, and what belongs to none but was recorded while it was flown, such as a latched stop."""
+        meanwhile = EventRow.campaign_id.is_(None) & EventRow.recorded_at.between(first, last)
+        query = select(EventRow).where((EventRow.campaign_id == campaign_id) | meanwhile)
+        with Session(self.engine) as session:
+            return [event_record(row) for row in session.scalars(query.order_by(EventRow.id).limit(limit))]
+
     def count(self, wanted: EventFilter) -> int:
         """How many match."""
         with Session(self.engine) as session:

@@ -52,6 +52,8 @@ def store_file(tmp_path: Path) -> tuple[Path, str]:
             store.journal.record_slot(campaign.id, record(slot))
         for one in events(campaign.id):
             store.journal.record(one)
+        assert store.journal.flush(WAIT_S)
+        store.journal.record(Event(9e6, "safety.stop", "somebody else's flight, later"))
     return path, campaign.id
 
 

@@ -166,6 +166,20 @@ class MovingFlight:
             lost = Event(self._now_s(), "link.lost", f"UAV {system_id} is not heard any more", Severity.WARNING)
             self._journal.record(replace(lost, system_id=system_id))
 
+    def finish(self) -> None:
+        """Everybody has landed."""
+        self._move_to(CampaignState.DONE)
+
+    def fly_on(self) -> None:
+        """The campaign is in the air again."""
+        self._move_to(CampaignState.FLYING)
+
+    def _move_to(self, state: CampaignState) -> None:
+        with self._lock:
+            assert self._campaign is not None
+            self._advance()
+            self._enter(self._campaign, state)
+
     def snapshot(self) -> FlightSnapshot:
         with self._lock:
             self._advance()

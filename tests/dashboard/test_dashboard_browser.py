@@ -139,7 +139,7 @@ def test_an_order_is_held_by_key_and_answered_in_the_vehicles_words(page: Page, 
     fly_demo(page)
     card = page.get_by_test_id("drone-2")
     card.get_by_role("button", name=re.compile("UAV 2")).first.click()
-    button = card.get_by_role("button", name=re.compile("UAV 2 returns"))
+    button = card.get_by_role("button", name=re.compile("^Return: UAV 2"))
     button.focus()
     page.keyboard.down("Enter")
     expect(card).to_contain_text("rtl: refused (Mode change denied: no GPS)")

@@ -10,7 +10,6 @@ from gcs.api.context import ApiContext, Context
 from gcs.api.problems import Problem
 from gcs.api.recordings import RecordingView, SlotsPage, recorded_events, slots_page, without_files
 from gcs.api.routes.campaigns import CampaignId, require, state_of
-from gcs.store.reading import EventFilter
 from gcs.store.records import CampaignRecord
 from policy.mission_file import Mission, MissionError, parse_mission
 
@@ -28,7 +27,7 @@ def recording(campaign_id: CampaignId, context: Context) -> RecordingView:
         raise Problem(409, f"campaign {campaign_id} has not flown a slot: there is nothing to replay")
     mission = seen_mission(context, record)
     static = campaign_static(record.id, mission)
-    events = context.store.events.find(EventFilter(campaign_id=record.id), MAX_EVENTS)
+    events = context.store.events.during(record.id, times[0].recorded_at, times[-1].recorded_at, MAX_EVENTS)
     return RecordingView(
         campaign=static.model_copy(update={"user_source": record.user_source, "policy": record.policy}),
         state=state_of(context, record),

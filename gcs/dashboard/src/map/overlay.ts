@@ -10,6 +10,7 @@ import { frameOf, pixelsAtZoom0, toLngLat } from "../core/geo";
 import { color } from "../core/theme";
 import type { Trails } from "../core/trails";
 import type { CampaignStatic, Pair, PlanView, UserView, VehicleView } from "../core/types";
+import { Glide } from "./glide";
 import { droneLook, placed, type DroneLook } from "./scene";
 
 export interface Moving {
@@ -31,6 +32,12 @@ export class Overlay {
   private readonly canvas = document.createElement("canvas");
   private moving: Moving = { campaign: null, vehicles: [], trails: new Map(), plans: [], selected: null, live: false, why: null, users: [] };
 
+  private readonly glide = new Glide();
+  private readonly still = matchMedia("(prefers-reduced-motion: reduce)");
+  private frame = 0;
+  private drawn = 0;
+  private spentMs = 0;
+
   constructor(private readonly map: MapView) {
     this.canvas.className = "overlay";
     map.getCanvasContainer().append(this.canvas);
@@ -39,7 +46,21 @@ export class Overlay {
 
   show(moving: Moving): void {
     this.moving = moving;
+    const places = moving.vehicles.flatMap(({ system_id, lat_deg, lon_deg }): [number, Pair][] =>
+      lat_deg === null || lon_deg === null ? [] : [[system_id, [lon_deg, lat_deg]]]);
+    this.glide.report(new Map(places), performance.now());
     this.draw();
+    if (this.frame === 0) this.goOn();
+  }
+
+  /** A picture with every frame while somebody glides. */
+  private goOn(): void {
+    this.frame = 0;
+    if (this.still.matches || !this.glide.moving(performance.now())) return;
+    this.frame = requestAnimationFrame(() => {
+      this.draw();
+      this.goOn();
+    });
   }
 
   /** The drone at a place on the screen, if any. */
@@ -53,7 +74,8 @@ export class Overlay {
   private drones(): { vehicle: VehicleView; at: Pair }[] {
     return this.moving.vehicles.flatMap((vehicle) => {
       if (vehicle.lat_deg === null || vehicle.lon_deg === null) return [];
-      const { x, y } = this.map.project([vehicle.lon_deg, vehicle.lat_deg]);
+      const place = this.still.matches ? undefined : this.glide.at(vehicle.system_id, performance.now());
+      const { x, y } = this.map.project(place ?? [vehicle.lon_deg, vehicle.lat_deg]);
       return [{ vehicle, at: [x, y] as Pair }];
     });
   }
@@ -64,7 +86,17 @@ export class Overlay {
     return [x, y];
   }
 
+  /** Draw, and keep count: how many pictures, and what they took of this thread. */
   private draw(): void {
+    const begunMs = performance.now();
+    this.drawAll();
+    this.drawn += 1;
+    this.spentMs += performance.now() - begunMs;
+    this.canvas.dataset["drawn"] = `${this.drawn}`;
+    this.canvas.dataset["spentMs"] = this.spentMs.toFixed(0);
+  }
+
+  private drawAll(): void {
     const context = this.cleared();
     const { campaign, trails, plans, selected, live } = this.moving;
     if (context === null) return;
