@@ -157,7 +157,7 @@ def test_a_silent_drone_is_a_warning_and_its_values_are_not_shown_as_live(page: 
     expect(alerts.first).to_contain_text("UAV 2")
     expect(alerts.first).to_have_class("warning")
     expect(alerts.last).to_contain_text("UAV 1: battery at 22%")
-    expect(page.get_by_test_id("drone-2").locator(".values .stale")).to_have_count(5)
+    expect(page.get_by_test_id("drone-2").locator(".values .stale, .battery.stale")).to_have_count(5)
     shot(page, "dashboard_silent_drone")
     expect(page.get_by_test_id("mute")).to_have_attribute("data-sounded", "warning")
     page.get_by_role("button", name=re.compile("Acknowledge as one-time-key: UAV 2 is not heard")).click()
@@ -199,3 +199,11 @@ def test_curves_of_before_are_there_after_a_reload(page: Page):
     expect(page.get_by_test_id("slot-clock")).to_contain_text(re.compile(r"slot [5-9] of 60"))
     page.reload()
     expect(page.get_by_role("region", name="Metrics over the slots")).to_have_attribute("data-first-slot", "1")
+
+
+def test_alerts_move_no_button_under_a_hand(page: Page, desk: Desk):
+    fly_demo(page)
+    places = {name: control(page, name).bounding_box() for name in ("^Pause", "^Abort")}
+    desk.flight.lose(2)
+    expect(page.get_by_role("region", name="Alerts").get_by_role("listitem").first).to_be_visible()
+    assert {name: control(page, name).bounding_box() for name in places} == places

@@ -1,4 +1,7 @@
-/** The page. What is old is greyed as a whole when the server is silent. */
+/**
+ * The page. What is old is greyed as a whole when the server is silent. Alerts come and go beside the map, so that no
+ * button moves under a hand.
+ */
 
 import { MapPanel } from "../map/MapPanel";
 import * as state from "../core/state";
@@ -16,10 +19,10 @@ export function App() {
     <div class={`page${state.current.value ? "" : " old"}${state.replaying.value ? " recorded" : ""}`}>
       <TopBar />
       <ConnectionBanner />
-      <Alerts />
       <ReplayBar />
       <main>
         <div class="left">
+          <Alerts />
           <MapPanel />
           <Curves />
         </div>

@@ -51,7 +51,7 @@ function SlotClock() {
 
 /** A recording says first of all that it is one. */
 const State = ({ name }: { name: string }) =>
-  state.replaying.value ? <span class="state state-recorded">recorded</span> : <span class={`state state-${name}`} data-testid="campaign-state">{name}</span>;
+  state.replaying.value ? <span class="state state-recorded" data-testid="recorded-state">recorded{name === "flying" ? "" : `, ${name}`}</span> : <span class={`state state-${name}`} data-testid="campaign-state">{name}</span>;
 
 function Scores() {
   const metrics = state.snapshot.value?.campaign?.metrics ?? null;
