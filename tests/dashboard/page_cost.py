@@ -41,7 +41,7 @@ def watching(browser: Browser, page: Page) -> Iterator[Cost]:
 
 def pictures(page: Page) -> int:
     """How often the page has drawn the moving fleet so far, by its own count."""
-    return int(page.locator(".overlay").get_attribute("data-drawn") or 0)
+    return int(page.locator(".overlay.drones").get_attribute("data-drawn") or 0)
 
 
 def _processes(browser: Browser) -> list[psutil.Process]:

@@ -1,18 +1,29 @@
 /** A card a drone: grey when normal, colour only for what is abnormal, and nothing old shown as if it were live. */
 
+import { computed } from "@preact/signals";
+
 import { vehicleAlerts, worst } from "../core/alerts";
 import { batteryText } from "../core/battery";
 import { fixed, percent, uavNames } from "../core/format";
 import { positionStale, vehicleStale } from "../core/freshness";
 import { mark, marked, ORDERS, verdictText } from "../core/marking";
 import { answers, give } from "../core/orders";
+import { paced } from "../core/pace";
 import * as state from "../core/state";
 import type { VehicleView } from "../core/types";
 import { HoldButton } from "./HoldButton";
 import { Why } from "./Why";
 
+const PACE_MS = 450;
+const NOBODY: readonly VehicleView[] = [];
+const fleet = computed(() => state.snapshot.value?.vehicles ?? NOBODY);
+/** Another fleet, or another severity of a drone, is shown at once. */
+const outline = (vehicles: readonly VehicleView[]): string =>
+  `${state.replaying.peek()} ${vehicles.map((vehicle) => `${vehicle.system_id} ${worst(vehicleAlerts(vehicle))} ${vehicle.mode_name} ${vehicle.last_verdict?.time_s}`).join()}`;
+const calm = paced(fleet, PACE_MS, outline);
+
 export function Fleet() {
-  const vehicles = state.snapshot.value?.vehicles ?? [];
+  const vehicles = calm.value;
   return (
     <section class="panel fleet-panel" aria-label="Fleet">
       <div class="panel-head">
