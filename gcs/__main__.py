@@ -9,6 +9,7 @@ from gcs.cli.errors import OneLineParser
 COMMANDS = {
     "fly": ("gcs.cli.fly", "add_fly_parser"),
     "serve": ("gcs.cli.serve", "add_serve_parser"),
+    "replay": ("gcs.cli.replay", "add_replay_parser"),
     "keys": ("gcs.cli.keys", "add_keys_parser"),
     "audit": ("gcs.cli.audit", "add_audit_parser"),
 }

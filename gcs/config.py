@@ -13,6 +13,9 @@ url = "sqlite:///gcs-data/gcs.db"     # or postgresql://USER:PASSWORD@HOST/NAME
 [link]
 library = "pymavlink"                 # or mavsdk
 signing_key = "signing.hex"           # 64 hex digits, chmod 600: sign all, believe nothing unsigned
+[map]
+tiles = "https://tiles.example.org/{z}/{x}/{y}.png"   # or: pmtiles = "campus.pmtiles"; neither: plain background
+attribution = "who made the map"
 [policy]
 url = "http://127.0.0.1:8090"         # decide at `policy serve`; left out: in this process
 """
@@ -21,7 +24,7 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 DEFAULT_STORE = "sqlite:///gcs-data/gcs.db"
 SystemId = Annotated[int, Field(ge=1, le=250)]  # MAVLink: above are ground stations
@@ -66,6 +69,24 @@ class LinkSection(Section):
     signing_key: Path | None = None
 
 
+class MapSection(Section):
+    """What lies under the campaign on the page's map: nothing, tiles of another server, or a PMTiles file here."""
+
+    tiles: Annotated[str, Field(pattern=r"^https?://[^/\s'\";,]+/[^\s]*$")] | None = None
+    pmtiles: Path | None = None
+    attribution: Annotated[str, Field(max_length=200)] = ""
+
+    @model_validator(mode="after")
+    def _one_and_readable(self) -> "MapSection":
+        if self.tiles is not None and self.pmtiles is not None:
+            raise ValueError("tiles and pmtiles exclude each other; leave one out")
+        if self.tiles is not None and not all(part in self.tiles for part in ("{z}", "{x}", "{y}")):
+            raise ValueError("tiles must name {z}, {x} and {y}")
+        if self.pmtiles is not None and not self.pmtiles.is_file():
+            raise ValueError(f"pmtiles: there is no file {self.pmtiles}")
+        return self
+
+
 class ServerConfig(Section):
     """The whole file."""
 
@@ -74,6 +95,7 @@ class ServerConfig(Section):
     drones: dict[SystemId, Annotated[str, Field(min_length=1)]] = {}
     link: LinkSection = LinkSection()
     policy: PolicySection = PolicySection()
+    map: MapSection = MapSection()
 
 
 def load_config(path: Path | None) -> ServerConfig:

@@ -27,6 +27,8 @@ from gcs.api.routes import (
     health,
     keys,
     live,
+    map_tiles,
+    recordings,
     reports,
     series,
     session,
@@ -75,8 +77,8 @@ def create_app(
 
 
 def _include_routes(app: FastAPI) -> None:
-    rooms = (campaigns, reports, series, explanations, dry_runs, live, drones, shelf, events, acknowledgements, keys)
-    for module in (*rooms, session):
+    looking = (reports, recordings, series, explanations, dry_runs, shelf, events, map_tiles)
+    for module in (campaigns, *looking, live, drones, acknowledgements, keys, session):
         app.include_router(module.router, prefix="/api/v1", dependencies=[Security(BEARER)], responses=PROBLEMS)
     app.include_router(stream.router, prefix="/api/v1")
     app.include_router(health.router)
@@ -91,7 +93,7 @@ def _add_layers(app: FastAPI, context: ApiContext) -> None:
     app.add_middleware(Gatekeeper, door=door, on_refusal=_refusal_log(context))
     app.add_middleware(SameOrigin, local_names_only=is_loopback(settings.host))
     app.add_middleware(RateLimit, buckets=Buckets(settings.rate_per_s, 2.0 * settings.rate_per_s))
-    app.add_middleware(SafeHeaders)
+    app.add_middleware(SafeHeaders, tiles_origin=settings.map_tiles.origin)
     app.add_middleware(HttpMetrics, registry=app.state.metrics)
 
 

@@ -31,10 +31,13 @@ class Body(BaseModel):
 
 
 class MissionByName(Body):
-    """A mission at hand (GET /api/v1/missions), if wanted with another policy."""
+    """A mission at hand (GET /api/v1/missions), if wanted with another policy or model (GET /api/v1/policies)."""
 
     mission: Name
     policy: Name | None = None
+    checkpoint: (
+        Annotated[str, Field(min_length=1, max_length=128, pattern=r"^[A-Za-z0-9_-][A-Za-z0-9_.-]*$")] | None
+    ) = None
 
 
 class FixBody(Body):

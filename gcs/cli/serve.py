@@ -14,7 +14,7 @@ from gcs.api.app import create_app
 from gcs.api.idle_control import IdleControl
 from gcs.api.live_users import LiveCampaigns
 from gcs.api.server import ListenError, open_listener, serve, shown_address
-from gcs.api.settings import ApiSettings, is_loopback
+from gcs.api.settings import ApiSettings, MapTiles, is_loopback
 from gcs.bootstrap import make_loop, make_preparer
 from gcs.cli.errors import complain
 from gcs.cli.restart import Restart, close
@@ -94,6 +94,7 @@ def api_settings(config: ServerConfig, store: Store) -> ApiSettings:
         host=config.server.host,
         max_body_bytes=config.server.max_body_kb * 1024,
         rate_per_s=config.server.rate_per_s,
+        map_tiles=MapTiles(config.map.tiles, config.map.pmtiles, config.map.attribution),
     )
     if store.keys.any_active():
         return settings
