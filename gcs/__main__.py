@@ -11,6 +11,7 @@ COMMANDS = {
     "serve": ("gcs.cli.serve", "add_serve_parser"),
     "keys": ("gcs.cli.keys", "add_keys_parser"),
     "audit": ("gcs.cli.audit", "add_audit_parser"),
+    "recheck": ("gcs.cli.recheck", "add_recheck_parser"),
 }
 """Subcommand -> module and the function that adds its parser. A module is imported only for its own command."""
 

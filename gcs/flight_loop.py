@@ -8,6 +8,7 @@ import logging
 import queue
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from gcs.mission.order import CampaignOrder
 from gcs.mission.preflight import Line, check_fleet, red_lines
 from gcs.mission.resume import Resumption
 from gcs.ports import (
+    CampaignSnapshot,
     CommandKind,
     CommandTicket,
     Event,
@@ -41,6 +43,7 @@ HEALTHY_S = 1.0  # wall time since the last tick beyond which nobody should trus
 SPREAD_FROM = 10  # fleets larger than this are sent to in several bursts a tick (one burst is lost in buffers)
 SPREAD_SHARE = 0.6  # of a tick over which the bursts are spread
 MISSED_REPORT_S = 10.0
+MOST_UNTOLD = 100  # ticks that wait for the store before they are told; the journal gives up long before
 
 _ON_CAMPAIGN_DRONES = frozenset({CommandKind.HOLD, CommandKind.RETURN, CommandKind.LAND, CommandKind.TERMINATE})
 _FORBIDDEN_WHEN_STOPPED = frozenset({CommandKind.ARM, CommandKind.TAKEOFF, CommandKind.GUIDED})
@@ -80,6 +83,8 @@ class FlightLoop:
         self._missed = 0
         self._missed_reported_s = clock.now_s()
         self._snapshot = FlightSnapshot(clock.now_s(), 0)
+        self._untold: deque[tuple[Callable[[], bool], CampaignSnapshot | None, bool]] = deque(maxlen=MOST_UNTOLD)
+        self._told: tuple[CampaignSnapshot | None, bool] = (None, False)
 
     # --- any thread -----------------------------------------------------------------------------------------------
 
@@ -179,15 +184,25 @@ class FlightLoop:
         period_s = wall_s - self._sent_wall_s if self._sent_wall_s is not None else None
         self._sent_wall_s = self._ticked_wall_s = wall_s
         self._tick += 1
+        campaign, stopped = self._durable(now_s)
         self._snapshot = FlightSnapshot(
             time_s=now_s,
             tick=self._tick,
             vehicles=tuple(self._manager.vehicles.values()),
-            campaign=self._manager.snapshot(now_s),
-            stopped=self._manager.emergency.latched,
+            campaign=campaign,
+            stopped=stopped,
             setpoint_period_s=period_s,
         )
         return self._snapshot
+
+    def _durable(self, now_s: float) -> tuple[CampaignSnapshot | None, bool]:
+        """The newest campaign and stop latch whose records are in the store: mostly this tick's, else one before."""
+        manager = self._manager
+        self._untold.append((self._journal.durability(), manager.snapshot(now_s), manager.emergency.latched))
+        while self._untold and self._untold[0][0]():
+            _, campaign, stopped = self._untold.popleft()
+            self._told = (campaign, stopped)
+        return self._told
 
     def _take_requests(self, now_s: float) -> None:
         while not self._jobs.empty():

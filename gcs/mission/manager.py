@@ -85,8 +85,8 @@ class MissionManager:
         if self.emergency.latched:
             raise Refused("the emergency stop is latched; reset it first")
         self.campaign = Campaign(order, self._link.vehicles())
-        order.planner.begin(self.campaign.scenario, order.seed)
         self._move(Trigger.START, "", actor)
+        self._begin_policy(self.campaign)
         for drone in self.campaign.drones:
             drone.script = Script(launch_steps(order.settings.ready_timeout_s))
 
@@ -95,7 +95,7 @@ class MissionManager:
         self._now_s = now_s
         self.campaign = Campaign(order, self._link.vehicles(), resumption)
         self._taken_up_s = now_s
-        order.planner.begin(self.campaign.scenario, order.seed + resumption.checkpoint.slot)
+        self._begin_policy(self.campaign)
 
     def pause(self, now_s: float, actor: str) -> None:
         """Hold in place; the slot clock stops."""
@@ -325,6 +325,7 @@ class MissionManager:
             case CampaignState.FLYING:
                 self._fly(campaign, now_s)
             case CampaignState.RECOVERING if all(_is_settled(drone) for drone in campaign.drones):
+                self._close_setpoints(campaign, campaign.records[-1].slot + 1 if campaign.records else 0)
                 self._move(campaign.ending, campaign.reason)
                 campaign.order.planner.close()
             case _:
@@ -341,10 +342,9 @@ class MissionManager:
     def _fly(self, campaign: Campaign, now_s: float) -> None:
         slots = campaign.slots
         assert slots is not None
-        before = slots.decision
         record, trouble = slots.step(now_s)
-        if slots.decision is not before and (decided := slots.decision_record()) is not None:
-            self._journal.record_decision(campaign.order.campaign_id, decided)
+        for decided in slots.take_decided():
+            self._journal.record_decision(campaign.order.campaign_id, campaign.signed(decided))
         if trouble is not None:
             self._event(trouble.kind, f"slot {slots.slot}: {trouble.reason}; the drones hold", Severity.CAUTION)
         if record is None:
@@ -360,8 +360,21 @@ class MissionManager:
     def _record_slot(self, campaign: Campaign, record: SlotRecord) -> None:
         campaign.records.append(record)
         self._journal.record_slot(campaign.order.campaign_id, record)
+        self._close_setpoints(campaign, record.slot)
         self._keep(campaign)
         self._journal.settle()
+
+    def _close_setpoints(self, campaign: Campaign, slot: int) -> None:
+        told = campaign.setpoints.close()
+        if told:
+            self._journal.record_setpoints(campaign.order.campaign_id, slot, told)
+
+    def _begin_policy(self, campaign: Campaign) -> None:
+        """Which policy, from which weights, begun with what, stands in the log before it decides anything."""
+        order = campaign.order
+        order.planner.begin(campaign.scenario, campaign.policy_seed)
+        data = {**order.provenance, "policy": order.policy, "session": campaign.session, "seed": campaign.policy_seed}
+        self._event("policy.begun", f"policy {order.policy} begins", data=data)
 
     def _report_violations(self, campaign: Campaign, record: SlotRecord) -> None:
         battery_j = campaign.scenario.battery_j
@@ -393,6 +406,7 @@ class MissionManager:
             if drone.track is not None and not drone.is_streamed and drone.is_airborne
         ]
         sealed = campaign.gate.judge(wishes, others)
+        campaign.setpoints.add(sealed, now_s)
         for safe in sealed:
             self._note_gate(campaign, safe)
         return sealed
