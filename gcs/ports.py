@@ -237,13 +237,16 @@ class UserPlaces(Protocol):
 
 @runtime_checkable
 class LivePlaces(UserPlaces, Protocol):
-    """People who report themselves: they join in flight, up to ``num_users``, and may tell what they uploaded.
+    """People who report themselves: they join and leave in flight, up to ``num_users``, and may tell of uploads.
 
-    ``positions`` is NaN for rows that nobody has taken yet.
+    ``positions`` is NaN for rows that nobody has taken yet, and for who left.
     """
 
     def user_ids(self) -> tuple[str, ...]:
-        """Who has joined, by row: the first rows of all arrays."""
+        """Who has ever joined, by row: the first rows of all arrays."""
+
+    def present(self) -> BoolArray:
+        """[M] who takes part now."""
 
     def take_receipts(self) -> tuple[BoolArray, BoolArray]:
         """[M] who uploaded since the last call; [M] who ever sent a receipt: theirs count, not the channel model."""
@@ -368,6 +371,7 @@ class UserSlot:
     aoi_slots: float
     data_mb: float
     served: bool
+    active: bool = True  # False: a live user who left; his AoI and data stand still, his place is not kept
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ from gcs.api.routes import (
     keys,
     live,
     reports,
+    reports_socket,
     series,
     session,
     shelf,
@@ -80,6 +81,7 @@ def _include_routes(app: FastAPI) -> None:
     for module in (*rooms, session):
         app.include_router(module.router, prefix="/api/v1", dependencies=[Security(BEARER)], responses=PROBLEMS)
     app.include_router(stream.router, prefix="/api/v1")
+    app.include_router(reports_socket.router, prefix="/api/v1")
     app.include_router(health.router)
 
 

@@ -190,8 +190,15 @@ class Client:
         with self.streaming():
             while not over.wait(REST_PAUSE_S):
                 for path in ("/drones", f"/campaigns/{made}", "/events?newest=true&limit=20"):
-                    self._http.get(path).raise_for_status()
-        self._http.get(f"/campaigns/{made}/report").raise_for_status()
+                    self._get(path)
+        self._get(f"/campaigns/{made}/report")
+
+    def _get(self, path: str) -> None:
+        """A loop as fast as the machine can starves its clients: a connection left idle for long is made anew."""
+        try:
+            self._http.get(path).raise_for_status()
+        except httpx.TransportError:
+            self._http.get(path).raise_for_status()
 
 
 def _drain(socket: ClientConnection) -> None:
