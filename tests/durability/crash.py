@@ -36,6 +36,7 @@ FINAL = {"done", "aborted", "failed"}
 HOME = "40.4258,-86.9197,186"
 POLL_S = 0.05
 SLOTS = 16
+KILLS = 5  # of one campaign
 
 
 def mission(slots: int) -> dict[str, Any]:
@@ -283,7 +284,7 @@ def main() -> int:
     draw = random.Random(args.seed)
     logs: list[tuple[str, CrashLog]] = []
     while sum(len(log.killed_in) for _, log in logs) < args.kills:
-        moments = [draw.uniform(0.2, 15.0) for _ in range(4)]
+        moments = [draw.uniform(0.2, 8.0) for _ in range(KILLS)]
         flavour = draw.choice(["px4", "ardupilot"])
         with tempfile.TemporaryDirectory() as folder:
             store = f"sqlite:///{Path(folder) / 'crash.db'}"
