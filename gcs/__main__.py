@@ -12,6 +12,8 @@ COMMANDS = {
     "replay": ("gcs.cli.replay", "add_replay_parser"),
     "keys": ("gcs.cli.keys", "add_keys_parser"),
     "audit": ("gcs.cli.audit", "add_audit_parser"),
+    "recheck": ("gcs.cli.recheck", "add_recheck_parser"),
+    "places": ("gcs.cli.places", "add_places_parser"),
 }
 """Subcommand -> module and the function that adds its parser. A module is imported only for its own command."""
 

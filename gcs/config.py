@@ -18,6 +18,12 @@ tiles = "https://tiles.example.org/{z}/{x}/{y}.png"   # or: pmtiles = "campus.pm
 attribution = "who made the map"
 [policy]
 url = "http://127.0.0.1:8090"         # decide at `policy serve`; left out: in this process
+[tls]
+certificate = "server.pem"            # with its chain; both or none
+key = "server-key.pem"
+[users]
+keep_places_days = 30                 # after a campaign's end; then the places of its users are wiped
+away_after_s = 300                    # a live user of whom nothing is heard for so long takes no part
 """
 
 import tomllib
@@ -87,6 +93,26 @@ class MapSection(Section):
         return self
 
 
+class TlsSection(Section):
+    """Certificate and key, PEM files."""
+
+    certificate: Annotated[str, Field(min_length=1)] | None = None
+    key: Annotated[str, Field(min_length=1)] | None = None
+
+    @model_validator(mode="after")
+    def _both(self) -> "TlsSection":
+        if (self.certificate is None) != (self.key is None):
+            raise ValueError("certificate and key go together: give both or none")
+        return self
+
+
+class UsersSection(Section):
+    """People who report where they are."""
+
+    keep_places_days: Annotated[float, Field(ge=0.0, le=36_500.0)] = 30.0
+    away_after_s: Annotated[float, Field(ge=10.0, le=86_400.0)] = 300.0
+
+
 class ServerConfig(Section):
     """The whole file."""
 
@@ -96,6 +122,8 @@ class ServerConfig(Section):
     link: LinkSection = LinkSection()
     policy: PolicySection = PolicySection()
     map: MapSection = MapSection()
+    tls: TlsSection = TlsSection()
+    users: UsersSection = UsersSection()
 
 
 def load_config(path: Path | None) -> ServerConfig:

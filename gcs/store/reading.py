@@ -8,8 +8,8 @@ from typing import Any
 from sqlalchemy import Engine, func, select
 from sqlalchemy.orm import Session
 
-from gcs.ports import Checkpoint, DecisionRecord, Severity, SlotRecord
-from gcs.store.models import CheckpointRow, CommandRow, DecisionRow, EventRow, SlotRow, UploadRow
+from gcs.ports import Checkpoint, DecisionRecord, SetpointSummary, Severity, SlotRecord
+from gcs.store.models import CheckpointRow, CommandRow, DecisionRow, EventRow, SetpointsRow, SlotRow, UploadRow
 from gcs.store.records import (
     EventRecord,
     event_record,
@@ -135,6 +135,13 @@ class Checkpoints:
         query = select(DecisionRow.document).where(DecisionRow.campaign_id == campaign_id).order_by(DecisionRow.id)
         with Session(self.engine) as session:
             return [recorded_decision(document) for document in session.scalars(query)]
+
+    def setpoints(self, campaign_id: str) -> Sequence[tuple[int, tuple[SetpointSummary, ...]]]:
+        """(slot, a line a UAV) in the order of recording; see ports.Journal.record_setpoints."""
+        query = select(SetpointsRow).where(SetpointsRow.campaign_id == campaign_id).order_by(SetpointsRow.id)
+        with Session(self.engine) as session:
+            rows = list(session.scalars(query))
+        return [(row.slot, tuple(SetpointSummary(**line) for line in row.document)) for row in rows]
 
     def stop_latched(self) -> bool:
         """The newest word on the emergency stop of the whole fleet was to stop."""
