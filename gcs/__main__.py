@@ -5,12 +5,14 @@ import sys
 from collections.abc import Sequence
 
 from gcs.cli.errors import OneLineParser
+from policy.cli.completion import add_completion
 
 COMMANDS = {
     "fly": ("gcs.cli.fly", "add_fly_parser"),
     "serve": ("gcs.cli.serve", "add_serve_parser"),
     "keys": ("gcs.cli.keys", "add_keys_parser"),
     "audit": ("gcs.cli.audit", "add_audit_parser"),
+    "doctor": ("gcs.cli.doctor", "add_doctor_parser"),
 }
 """Subcommand -> module and the function that adds its parser. A module is imported only for its own command."""
 
@@ -24,6 +26,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for name in wanted:
         module, adder = COMMANDS[name]
         getattr(importlib.import_module(module), adder)(commands)
+    add_completion(parser)
     args = parser.parse_args(words)
     return int(args.run(args))
 

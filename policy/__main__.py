@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from policy.agents.registry import UnknownPolicyError
 from policy.cli import evaluate, serve, tables, train
 from policy.cli.arguments import USAGE_ERROR, CommandError, Parser
+from policy.cli.completion import add_completion
 from policy.evaluation.files import OutputError
 from policy.mission_file import MissionError
 from policy.model.checkpoint_error import CheckpointError
@@ -20,6 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
     for command in (evaluate, train, tables, serve):
         command.add_parser(commands)
+    add_completion(parser)
     options = parser.parse_args(arguments)
     try:
         options.run(options)
