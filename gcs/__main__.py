@@ -13,6 +13,7 @@ COMMANDS = {
     "keys": ("gcs.cli.keys", "add_keys_parser"),
     "audit": ("gcs.cli.audit", "add_audit_parser"),
     "doctor": ("gcs.cli.doctor", "add_doctor_parser"),
+    "openapi": ("gcs.cli.openapi", "add_openapi_parser"),
 }
 """Subcommand -> module and the function that adds its parser. A module is imported only for its own command."""
 
