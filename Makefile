@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPEEDUP ?= 40
 KEEP ?=
 
-.PHONY: demo test lint unit page bench crash gate-long train format client clean help
+.PHONY: demo test lint unit page bench crash gate-long train format client site wheel clean help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -55,6 +55,12 @@ crash: $(VENV)/.dev  ## kill -9 the server fifty times in flight (about half an 
 
 gate-long: $(VENV)/.dev  ## 100,000 random cases of the safety gate (an hour); 0 breaches and 0 dead ends or it fails
 	OMP_NUM_THREADS=1 $(BIN)/python tests/safety/gate_simulation.py --cases 100000
+
+site: $(VENV)/.dev  ## build the documentation into .build/site; strict, offline
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+
+wheel: $(VENV)/.dev page  ## a wheel with the built page inside, into dist
+	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation --wheel-dir dist .
 
 client: $(VENV)/.dev  ## write gcs/client/models.py and sync.py anew from the server's schemas and aio.py
 	$(BIN)/python -m gcs openapi > .build/openapi.json

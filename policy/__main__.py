@@ -15,14 +15,19 @@ from policy.model.checkpoint_error import CheckpointError
 INTERRUPTED = 130
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. Exit codes: 0 done, 2 usage or input error (one line on stderr), 130 interrupted."""
-    parser = Parser(prog="policy", description="Evaluate, train and serve policies of UAV crowdsensing missions.")
-    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
+def parser() -> Parser:
+    """All commands."""
+    options = Parser(prog="policy", description="Evaluate, train and serve policies of UAV crowdsensing missions.")
+    commands = options.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
     for command in (evaluate, train, tables, serve):
         command.add_parser(commands)
-    add_completion(parser)
-    options = parser.parse_args(arguments)
+    add_completion(options)
+    return options
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command. Exit codes: 0 done, 2 usage or input error (one line on stderr), 130 interrupted."""
+    options = parser().parse_args(arguments)
     try:
         options.run(options)
     except (MissionError, UnknownPolicyError, CheckpointError, OutputError, CommandError) as error:
