@@ -59,7 +59,7 @@ class Reader:
         command = ["bash", "-euo", "pipefail"] if block.language == "sh" else [sys.executable, "-"]
         done = subprocess.run(
             command,
-            input=body,
+            input=self._one_shell(body) if block.language == "sh" else body,
             cwd=self.folder,
             env=self._environment,
             capture_output=True,
@@ -70,6 +70,12 @@ class Reader:
         self.printed.append(done.stdout)
         assert done.returncode == 0, f"{block.place}: exit {done.returncode}\n{body}\n{done.stdout}\n{done.stderr}"
         assert "Traceback" not in done.stderr, f"{block.place}\n{done.stderr}"
+
+    def _one_shell(self, body: str) -> str:
+        """What one block sets, the next one knows."""
+        memory = self.folder.with_name(f"{self.folder.name}.variables")
+        known = f"source '{memory}'\n" if memory.exists() else ""
+        return f"{known}set -a\n{body}\nset +a\ndeclare -px | grep -v ' -[a-z]*r' > '{memory}'\n"
 
     def close(self) -> None:
         """Ctrl-C for every server, as a person would."""
