@@ -1,6 +1,6 @@
 """Somebody who follows a page from top to bottom: one folder, one shell, servers that stay up until the page ends.
 
-Ports that a page names are replaced by free ones, so that pages can be followed side by side. ``python`` and the
+Ports that a page names or means are replaced by free ones, so that pages can be followed side by side. ``python`` and the
 programs are those of this environment. A key that a page says to paste is read from what the server printed.
 """
 
@@ -128,6 +128,8 @@ class Reader:
         if "14550" in body and "14550" not in self._ports:
             first = free_udp_ports(2)
             self._ports |= {"14550": str(first), "14551": str(first + 1)}
+        if "gcs doctor" in body:  # it looks at the server's usual port
+            body = body.replace("gcs doctor", f"gcs doctor --port {_free_tcp_port()}")
         for theirs, ours in self._ports.items():
             body = re.sub(rf"\b{theirs}\b", ours, body)
         return body
