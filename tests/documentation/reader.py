@@ -1,7 +1,7 @@
 """Somebody who follows a page from top to bottom: one folder, one shell, servers that stay up until the page ends.
 
-Ports that a page names or means are replaced by free ones, so that pages can be followed side by side. ``python`` and the
-programs are those of this environment. A key that a page says to paste is read from what the server printed.
+Ports that a page names or means are replaced by free ones, so that pages can be followed side by side. ``python`` and
+the programs are those of this environment. A key that a page says to paste is read from what the server printed.
 """
 
 import os
