@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPEEDUP ?= 40
 KEEP ?=
 
-.PHONY: demo test lint unit page bench crash gate-long train format client site wheel clean help
+.PHONY: demo test lint unit page bench crash soak gate-long train format client site wheel clean help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -52,6 +52,9 @@ train:  $(VENV)/.dev  ## train the default gcrl anew into runs/gcrl-default (lon
 
 crash: $(VENV)/.dev  ## kill -9 the server fifty times in flight (about half an hour)
 	$(BIN)/python tests/durability/crash.py --kills 50
+
+soak: $(VENV)/.dev  ## a day of campaigns on the virtual clock in one process (an hour): memory, threads, sockets, tasks
+	$(BIN)/python tests/soak/day.py --hours 24
 
 gate-long: $(VENV)/.dev  ## 100,000 random cases of the safety gate (an hour); 0 breaches and 0 dead ends or it fails
 	OMP_NUM_THREADS=1 $(BIN)/python tests/safety/gate_simulation.py --cases 100000

@@ -11,8 +11,11 @@ from policy.cli.completion import add_completion
 COMMANDS = {
     "fly": ("gcs.cli.fly", "add_fly_parser"),
     "serve": ("gcs.cli.serve", "add_serve_parser"),
+    "replay": ("gcs.cli.replay", "add_replay_parser"),
     "keys": ("gcs.cli.keys", "add_keys_parser"),
     "audit": ("gcs.cli.audit", "add_audit_parser"),
+    "recheck": ("gcs.cli.recheck", "add_recheck_parser"),
+    "places": ("gcs.cli.places", "add_places_parser"),
     "doctor": ("gcs.cli.doctor", "add_doctor_parser"),
     "openapi": ("gcs.cli.openapi", "add_openapi_parser"),
 }

@@ -25,7 +25,8 @@ from gcs.cli.mock_fleet import MockOptions, mock_fleet
 from gcs.cli.preflight import preflight
 from gcs.clock import ClockError, LockstepClock, RealClock
 from gcs.flight_loop import FlightLoop
-from gcs.links.pymavlink_link import PymavlinkFleetLink
+from gcs.links.fleet_link import WiredFleetLink
+from gcs.links.opening import LIBRARIES, open_link
 from gcs.links.tlog import TlogRecorder
 from gcs.mission.order import CampaignOrder
 from gcs.mission.states import FINAL
@@ -51,7 +52,13 @@ def add_fly_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser
     add("--fleet", choices=["mock"], help="fly mock drones, started for this flight (default without --drone)")
     add("--flavour", choices=["px4", "ardupilot"], default="px4", help="of the mock drones (default px4)")
     add("--wind-ms", metavar="SPEED,FROM_DEG", help="steady wind for the mock drones")
-    add("--drone", action="append", default=[], metavar="SYSID=ADDRESS", help="fly a real drone; once for each")
+    add(
+        "--drone",
+        action="append",
+        default=[],
+        metavar="SYSID=ADDRESS",
+        help="fly a real drone; once for each, several links with commas between",
+    )
     add("--policy", metavar="NAME", help="instead of the mission's")
     add("--checkpoint", metavar="FILE", help="weights of a learned policy")
     add("--policy-url", metavar="URL", help="ask this `policy serve` instead of a policy of this process")
@@ -61,6 +68,8 @@ def add_fly_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser
     add("--json", type=Path, metavar="FILE", help="write the result object")
     add("--trajectory", type=Path, metavar="FILE", help="write where everyone was after each slot (CSV)")
     add("--tlog", type=Path, metavar="DIR", help="record every link (.tlog, opens in QGroundControl and MAVProxy)")
+    add("--link", choices=LIBRARIES, default="pymavlink", help="MAVLink library (default pymavlink)")
+    add("--signing-key", type=Path, metavar="FILE", help="64 hex digits: sign all, believe nothing unsigned")
     add("--serve", nargs="?", const="127.0.0.1:8080", metavar="HOST:PORT", help="show the flight on a page meanwhile")
     add("--keep", action="store_true", help="with --serve: leave the page up after the flight")
     fly.set_defaults(run=run_fly)
@@ -81,7 +90,7 @@ def run_fly(args: argparse.Namespace) -> int:
 @dataclass(frozen=True)
 class _Fleet:
     clock: FlightClock
-    link: PymavlinkFleetLink
+    link: WiredFleetLink
 
 
 def _fly(args: argparse.Namespace) -> int:
@@ -233,12 +242,12 @@ def _drones(args: argparse.Namespace, mission: Mission) -> dict[int, str | None]
 
 @contextmanager
 def _fleet(args: argparse.Namespace, mission: Mission, drones: Mapping[int, str | None]) -> Iterator[_Fleet]:
-    addresses = {address: system_id for system_id, address in drones.items() if address is not None}
+    addresses = {system_id: address for system_id, address in drones.items() if address is not None}
     with ExitStack() as stack:
         if not addresses:
             yield _mock_fleet(args, mission, stack)
             return
-        link = PymavlinkFleetLink(list(addresses), addresses, _recorder(args, stack))
+        link = open_link(addresses, args.link, signing_key=args.signing_key, recorder=_recorder(args, stack))
         stack.callback(link.close)
         yield _Fleet(RealClock(args.speedup), link)
 
@@ -255,7 +264,9 @@ def _mock_fleet(args: argparse.Namespace, mission: Mission, stack: ExitStack) ->
     extra = ("--wind-ms", args.wind_ms) if args.wind_ms else ()
     home = (lat_deg, lon_deg, GROUND_AMSL_M)
     mock = stack.enter_context(mock_fleet(MockOptions(scenario.num_uavs, home, args.flavour, extra)))
-    link = PymavlinkFleetLink(list(mock.drones), mock.drones, _recorder(args, stack))
+    if args.link != "pymavlink":
+        raise UsageError("mock drones fly in lock step, which needs --link pymavlink; give real ones with --drone")
+    link = open_link({i: address for address, i in mock.drones.items()}, recorder=_recorder(args, stack))
     stack.callback(link.close)
     clock = LockstepClock(mock.clock, args.speedup)
     stack.callback(clock.close)
