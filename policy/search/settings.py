@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from policy.world.actions import ActionSet, make_actions
 from policy.world.scenario import Scenario
 
-THRIFT = 0.002
-"""Slots of mean AoI a slot at full speed: a user in 60 served one slot sooner outweighs eight of them."""
+THRIFT = 0.001
+"""Slots of mean AoI a slot at full speed: a user in 60 served one slot sooner outweighs sixteen of them."""
 MANY_UAVS = 4
 
 
@@ -58,7 +58,12 @@ def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
     if fast:
         return SearchSettings(horizon_slots=10, beam=12, rebuilds=1, polish_sweeps=3, thrift=THRIFT)
     return SearchSettings(
-        beam=12 if many else 20, rebuilds=1 if many else 2, polish_sweeps=3 if many else 4, thrift=THRIFT
+        horizon_slots=12,
+        beam=12 if many else 20,
+        rebuilds=1 if many else 2,
+        polish_sweeps=3 if many else 4,
+        discount=0.98,
+        thrift=THRIFT,
     )
 
 
