@@ -184,7 +184,7 @@ def _bar(progress: Progress, bar: TaskID) -> Callable[[FlightSnapshot], bool]:
     def show(snapshot: FlightSnapshot) -> bool:
         campaign = snapshot.campaign
         if campaign is None:
-            return True
+            return False  # begun, and not told before the store beside the page has it
         if shown[0] != (campaign.state, campaign.slot):
             shown[0] = (campaign.state, campaign.slot)
             progress.update(bar, completed=campaign.slot, description=str(campaign.state))

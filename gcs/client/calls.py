@@ -32,7 +32,7 @@ MissionLike = str | Mapping[str, Any]
 
 def headers(key: str | None) -> dict[str, str]:
     """For every request."""
-    return {} if key is None else {"authorization": f"Bearer {key}"}
+    return {} if not key else {"authorization": f"Bearer {key}"}
 
 
 def idempotency() -> dict[str, str]:

@@ -65,7 +65,8 @@ class Turn(Step):
             if before is None or before.alt_home_m < min(at.crew.settings.launch_gap_m, at.drone.layer_alt_m):
                 return None
         assert at.drone.status is not None
-        return Done(then=LAUNCH_STEPS[at.drone.status.autopilot])
+        landed = at.drone.status.autopilot == "px4" and at.drone.status.mode in NOT_ARMABLE
+        return Done(then=(*(AFTER_LANDING if landed else ()), *LAUNCH_STEPS[at.drone.status.autopilot]))
 
 
 @dataclass(frozen=True)
@@ -251,6 +252,8 @@ LAUNCH_STEPS: dict[str, tuple[Step, ...]] = {
         FlyTo(home=False),
     ),
 }
+NOT_ARMABLE = frozenset({FlightMode.LAND, FlightMode.RETURN})  # PX4 stays in it after the landing of a campaign before
+AFTER_LANDING: tuple[Step, ...] = (Order(CommandKind.HOLD),)
 REGAIN_STEPS: tuple[Step, ...] = (Prime(), Order(CommandKind.GUIDED), Obeying())
 HOME_STEPS: tuple[Step, ...] = (FlyTo(home=True), Descend(), Order(CommandKind.LAND), Down())
 LAND_HERE_STEPS: tuple[Step, ...] = (Order(CommandKind.LAND), Down())
