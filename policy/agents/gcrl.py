@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from policy.agents.base import Decision
+from policy.agents.base import Decision, Explanation
 from policy.agents.gcrl_tree import TreePilot
 from policy.model.checkpoint import load_evaluator
 from policy.model.evaluator import Evaluator
@@ -99,7 +99,9 @@ class GcrlAgent:
         self._search = self._settings.search or settings_for(scenario)
         self._moves = make_moves(scenario, self._search)
         self._forget()
-        self.decide(initial_state(scenario, np.zeros((scenario.num_users, 2))))
+        state = initial_state(scenario, np.zeros((scenario.num_users, 2)))
+        for slot in range(2):  # the second one starts from a kept plan
+            self.decide(replace(state, slot=slot))
         self._forget()
 
     def decide(self, state: WorldState) -> Decision:
@@ -117,7 +119,8 @@ class GcrlAgent:
         leaf = _LeafValue(self._evaluator, self._units) if self._settings.use_value else None
         plan = make_plan(problem, self._kept(state.slot), leaf)
         self._plan = plan
-        return Decision(plan.first_action, plan.value, {**explain(problem, plan), **self._explain(now, predicted_m)})
+        told = Explanation(lambda: {**explain(problem, plan), **self._explain(now, predicted_m)})
+        return Decision(plan.first_action, plan.value, told)
 
     def _users_ahead(self, state: WorldState, now: StateBatch) -> tuple[FloatArray | None, FloatArray | None]:
         """Users' places [H, M, 2] and how far off they may be [H, M]; None: they stay, for certain."""

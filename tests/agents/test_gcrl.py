@@ -96,7 +96,7 @@ def test_it_tells_why(uavs: int) -> None:
     agent = GcrlAgent(replace(NARROW, search=SearchSettings(horizon_slots=2, beam=100)))
     agent.reset(scenario, 0)
     decision = agent.decide(initial_state(scenario, pos_enu_m[0]))
-    told = json.loads(json.dumps(decision.explanation, allow_nan=False))
+    told = json.loads(json.dumps(dict(decision.explanation), allow_nan=False))
     assert len(told["relations"]) == uavs
     for row in told["relations"]:
         weights = [user["weight"] for user in row]
