@@ -53,15 +53,20 @@ def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
         if fast:
             return SearchSettings(horizon_slots=10, beam=12, rebuilds=1, speed_shares=(0.55, 1.0), polish_sweeps=4)
         return SearchSettings(
-            beam=12 if many else 32, rebuilds=1 if many else 2, speed_shares=(0.55, 1.0), polish_sweeps=3 if many else 6
+            horizon_slots=12,
+            beam=12 if many else 32,
+            rebuilds=1 if many else 2,
+            speed_shares=(0.55, 1.0),
+            polish_sweeps=3 if many else 6,
+            discount=0.98,
+            thrift=THRIFT,
         )
     if fast:
         return SearchSettings(horizon_slots=10, beam=12, rebuilds=1, polish_sweeps=3, thrift=THRIFT)
     return SearchSettings(
         horizon_slots=12,
-        beam=12 if many else 20,
-        rebuilds=1 if many else 2,
-        polish_sweeps=3 if many else 4,
+        beam=20 if many else 28,
+        polish_sweeps=4,
         discount=0.98,
         thrift=THRIFT,
     )
