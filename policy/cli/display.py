@@ -28,6 +28,16 @@ def progress_bar(title: str, total: int) -> Iterator[Callable[[], None]]:
         yield lambda: progress.advance(task)
 
 
+@contextmanager
+def training_bar(title: str, total: int) -> Iterator[Callable[[int, float], None]]:
+    """Gives the function that shows (episodes flown, mean score); with the time left; silent as above."""
+    score = TextColumn("AoI {task.fields[score]}")
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), score, TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty()) as progress:
+        task = progress.add_task(title, total=total, score="-")
+        yield lambda flown, mean: progress.update(task, completed=flown, score=f"{mean:.2f}")
+
+
 def print_result(result: CampaignResult) -> None:
     """The metrics of a result, one a line."""
     seeds = len(result.metrics)

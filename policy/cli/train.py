@@ -8,12 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from policy.cli.arguments import CommandError, number, whole
-from policy.cli.display import progress_bar
+from policy.cli.display import training_bar
 from policy.cli.episodes import episode_sampler
+from policy.cli.stopping import stop_signals
+from policy.evaluation.rollout import SlotPhysics
 from policy.mission_file import load_mission, vary
+from policy.world.transition import step
 
 if TYPE_CHECKING:
     from policy.training.settings import TrainProgress
+
+
+PHYSICS = ("ideal", "mock")
 
 
 def add_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -24,6 +30,10 @@ def add_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.add_argument("--episodes", type=whole(1, 10_000_000), default=500, metavar="N")
     parser.add_argument("--seed", type=whole(0, 2**31 - 1), default=0, metavar="S")
     parser.add_argument("--accel", type=number(0.1, 50.0), metavar="A", help="acceleration limit of the UAVs, m/s2")
+    parser.add_argument("--device", default="cpu", help="cpu (default) or cuda")
+    parser.add_argument(
+        "--physics", choices=PHYSICS, default="ideal", help="the paper's motion (default), or the mock's vehicles"
+    )
     parser.add_argument("--resume", action="store_true", help="go on from the last checkpoint in DIR")
     parser.set_defaults(run=run)
 
@@ -38,18 +48,38 @@ def run(options: argparse.Namespace) -> None:
     from policy.training.api import train  # noqa: PLC0415
     from policy.training.settings import TrainingError, TrainSettings  # noqa: PLC0415
 
-    settings = TrainSettings(episodes=options.episodes, seed=options.seed)
-    with progress_bar(f"{mission.name}: training gcrl", options.episodes) as advance:
+    settings = TrainSettings(
+        episodes=options.episodes, seed=options.seed, device=options.device, physics=options.physics
+    ).shortened()
+    title = f"{mission.name}: training gcrl"
+    with training_bar(title, options.episodes) as show, stop_signals() as stop:
 
         def report(progress: "TrainProgress") -> None:
-            advance()
+            show(progress.episode, progress.mean_score)
             _log(progress)
 
         try:
-            path = train(scenario, sampler, settings, options.out, resume=options.resume, progress=report)
+            path = train(
+                scenario,
+                sampler,
+                settings,
+                options.out,
+                resume=options.resume,
+                progress=report,
+                stop=stop,
+                physics=_physics(options.physics),
+            )
         except TrainingError as error:
             raise CommandError(str(error)) from error
     print(f"trained {options.episodes} episodes: {path}")
+
+
+def _physics(name: str) -> SlotPhysics:
+    if name == "ideal":
+        return step
+    from policy.cli.mock_physics import MockPhysics  # noqa: PLC0415 - compiles the mock's physics
+
+    return MockPhysics()
 
 
 def _need_torch() -> None:

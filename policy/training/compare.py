@@ -83,8 +83,8 @@ def main() -> int:
     _write("| users | H | policy | AoI | ± | p | ms |", "| --- " * 7 + "|")
     for place in places:
         flown = replace(place, scenario=place.scenario.with_accel(arguments.accel))
-        for horizon in arguments.horizon:
-            search = settings_for(flown.scenario)
+        search = settings_for(flown.scenario)
+        for horizon in arguments.horizon or [search.horizon_slots]:
             search = replace(search, horizon_slots=horizon, beam=arguments.beam or search.beam)
             _compare(flown, search, evaluator, arguments)
     return 0
@@ -117,7 +117,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--forecast", type=Path, help="NAME.safetensors; default: the checkpoint's, else the shipped")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--share", type=float, default=1.0, help="of the users in each campaign, drawn by its seed")
-    parser.add_argument("--horizon", type=int, nargs="+", default=[15])
+    parser.add_argument("--horizon", type=int, nargs="+", help="default: what flies")
     parser.add_argument("--beam", type=int, help="default: what flies")
     parser.add_argument("--accel", type=float, default=float("inf"), help="m/s2; default: the paper's ideal motion")
     parser.add_argument("--only", nargs="+", choices=sorted(variants(SearchSettings())), help="default: all")

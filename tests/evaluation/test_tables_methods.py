@@ -39,7 +39,8 @@ def test_the_shipped_network_comes_first_and_own_ones_after(trained, tmp_path):
     assert models[0].sha256 == sha256(find_checkpoint(None).graph)
     assert [model.name for model in models[-3:]] == ["a-plain", "b-square", "c-gaussian"]
     assert pick(models) == models[0]
-    assert pick(models, similarity="square").name == "b-square"
+    assert pick(models, similarity="square").name == "gcrl-square"
+    assert pick(models[-3:], similarity="square").name == "b-square"
     assert pick(models, use_rgcn=False).kind == "gaussian, no RGCN"
     assert pick(models[:1], similarity="cosine") is None
 

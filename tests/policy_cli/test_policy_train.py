@@ -1,6 +1,10 @@
 """``policy train``: what it draws its episodes from, and one short run from start to resume."""
 
 import csv
+import importlib
+import json
+import os
+import signal
 
 import numpy as np
 import pytest
@@ -91,3 +95,38 @@ def test_nothing_to_resume_is_one_line(capsys, tmp_path):
     pytest.importorskip("torch")
     assert main(["train", "demo", "--out", str(tmp_path / "new"), "--resume", "--episodes", "1"]) == 2
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
+
+
+def test_an_interrupted_run_says_where_it_stopped_and_goes_on_there(capsys, tmp_path, monkeypatch):
+    """Ctrl-C in the first of three episodes; the run resumed ends in the weights of one that was left alone."""
+    pytest.importorskip("torch")
+    own_trace(tmp_path)
+    (tmp_path / "own.toml").write_text(MISSION)
+    begin = ["train", str(tmp_path / "own.toml"), "--seed", "3", "--episodes", "3", "--physics", "mock"]
+    collect = importlib.import_module("policy.training.api")
+    flown = collect.fly_episode
+
+    def interrupted(*arguments):
+        os.kill(os.getpid(), signal.SIGINT)
+        return flown(*arguments)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(collect, "fly_episode", interrupted)
+        assert main([*begin, "--out", str(tmp_path / "cut")]) == 2
+    told = capsys.readouterr().err.strip()
+    assert "stopped after episode 1" in told
+    assert "--resume" in told
+    assert len(told.splitlines()) == 1
+    assert main([*begin, "--out", str(tmp_path / "cut"), "--resume"]) == 0
+    assert main([*begin, "--out", str(tmp_path / "whole")]) == 0
+    cut, whole = ((tmp_path / name / "checkpoint.safetensors").read_bytes() for name in ("cut", "whole"))
+    assert cut == whole
+    assert json.loads((tmp_path / "cut" / "card.json").read_text())["settings"]["physics"] == "mock"
+
+
+def test_a_device_that_is_not_there_is_one_line(capsys, tmp_path):
+    pytest.importorskip("torch")
+    assert main(["train", "demo", "--out", str(tmp_path / "x"), "--episodes", "1", "--device", "cuda:7"]) == 2
+    told = capsys.readouterr().err.strip()
+    assert "cuda:7" in told
+    assert len(told.splitlines()) == 1
