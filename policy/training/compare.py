@@ -28,12 +28,17 @@ from policy.world.arrays import FloatArray
 from policy.world.scenario import Scenario
 
 
+WIDER = 1.3
+"""Of the beam: what a plain planner can search in the time that the forecast takes."""
+
+
 def variants(search: SearchSettings) -> dict[str, GcrlSettings]:
-    """The plain planner, what flies, what its forecast replaced, and what flies with the learned value as well."""
+    """The plain planner, the same with more time, what flies, what its forecast replaced, and what flies with the learned value as well."""
     whole = GcrlSettings(search=search)
     by_rule = replace(whole, use_forecast=False)
     return {
         "plain": whole.without_network(),
+        "plain-wider": replace(whole.without_network(), search=replace(search, beam=round(WIDER * search.beam))),
         "rule": replace(by_rule, predicted_slots=0),
         "f2": by_rule,
         "gcrl": whole,
