@@ -102,10 +102,11 @@ class Kfac:
         """Take the last step only this far, where it turned out to lead further than the factors told."""
         self._move((1.0 - share) * self._factor)
 
+    @torch.no_grad()
     def _move(self, factor: float) -> None:
         for layer in self._layers:
-            layer.weight += factor * self._speed[layer][:, :-1]
-            layer.bias += factor * self._speed[layer][:, -1]
+            layer.weight.add_(self._speed[layer][:, :-1], alpha=factor)
+            layer.bias.add_(self._speed[layer][:, -1], alpha=factor)
 
     def _see(self, layer: nn.Module, inputs: tuple[Tensor, ...], output: Tensor) -> None:
         if not self._watching or not output.requires_grad:
