@@ -9,8 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from policy.agents.rivals.learner import Learner
-from policy.model.checkpoint import sha256
-from policy.model.files import write_atomically
+from policy.model.files import sha256, write_atomically
 from policy.training.card import command_line, git_commit
 from policy.training.rival_settings import RivalTraining
 

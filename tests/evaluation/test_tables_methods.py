@@ -11,8 +11,9 @@ from policy.agents.registry import POLICIES, RIVALS
 from policy.agents.rivals.checkpoint import CARD, WEIGHTS, save_learner
 from policy.evaluation.tables.grid import QUICK_SLOTS, SECTIONS, Extent, make_grid
 from policy.evaluation.tables.methods import Absent, Method, find_models, find_rivals, pick, registered
-from policy.model.checkpoint import find_checkpoint, sha256
+from policy.model.checkpoint import find_checkpoint
 from policy.model.checkpoint_error import CheckpointError
+from policy.model.files import sha256
 
 
 @pytest.fixture

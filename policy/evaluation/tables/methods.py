@@ -6,14 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from policy.agents.registry import POLICIES, RIVALS, PolicyChoice
-from policy.model.checkpoint import (
-    DEFAULT_NAME,
-    SHIPPED,
-    check_digest,
-    find_checkpoint,
-    read_card,
-)
+from policy.model.checkpoint import DEFAULT_NAME, find_checkpoint, read_card
 from policy.model.checkpoint_error import CheckpointError
+from policy.model.files import SHIPPED, check_digest
 
 STRAYING = "random, may leave the map"
 """The paper's Random draws from all nine actions; ours draws from those that stay inside."""
