@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPEEDUP ?= 40
 KEEP ?=
 
-.PHONY: demo test lint unit page bench crash soak gate-long train format client site wheel clean help
+.PHONY: demo test lint unit page bench rivals crash soak gate-long train format client site wheel clean help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -49,6 +49,9 @@ bench: $(VENV)/.dev  ## measure decision times, steps per second, flights and se
 
 train:  $(VENV)/.dev  ## train the default gcrl anew into runs/gcrl-default (long)
 	OMP_NUM_THREADS=1 $(BIN)/python -m policy.training --out runs/gcrl-default --episodes 360
+
+rivals: $(VENV)/.dev  ## train each rival on a campaign with a known optimum (minutes on one core)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -m rivals tests/agents
 
 crash: $(VENV)/.dev  ## kill -9 the server fifty times in flight (about half an hour)
 	$(BIN)/python tests/durability/crash.py --kills 50

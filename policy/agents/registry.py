@@ -17,14 +17,18 @@ POLICIES: Mapping[str, tuple[str, str]] = MappingProxyType(
         "gcrl": ("policy.agents.gcrl", "GcrlAgent"),
         "receding-horizon": ("policy.agents.receding_horizon", "RecedingHorizonAgent"),
         "random": ("policy.agents.uniform", "UniformAgent"),
+        "drl-freshmcs": ("policy.agents.drl_freshmcs", "DrlFreshMcsAgent"),
+        "muzero": ("policy.agents.muzero", "MuzeroAgent"),
+        "acktr": ("policy.agents.acktr", "AcktrAgent"),
+        "aoi-drqn": ("policy.agents.aoi_drqn", "AoiDrqnAgent"),
     }
 )
 """Name -> module and class of what can be flown."""
 
-PLANNED = ("drl-freshmcs", "muzero", "acktr", "aoi-drqn")
-"""The paper's other baselines: known names without a method behind them yet."""
+RIVALS = frozenset({"drl-freshmcs", "muzero", "acktr", "aoi-drqn"})
+"""The paper's learned baselines: they need torch, and a network of one's own training."""
 
-LEARNED = frozenset({"gcrl"})
+LEARNED = frozenset({"gcrl"}) | RIVALS
 """Methods that read a checkpoint."""
 
 
@@ -55,8 +59,6 @@ def check_name(name: str) -> None:
     if name in POLICIES:
         return
     known = ", ".join(POLICIES)
-    if name in PLANNED:
-        raise UnknownPolicyError(f'policy "{name}" is not in this version; choose one of: {known}')
     near = difflib.get_close_matches(name, POLICIES, n=1)
     hint = f'did you mean "{near[0]}"? ' if near else ""
     raise UnknownPolicyError(f'unknown policy "{name[:60]}"; {hint}choose one of: {known}')
@@ -71,10 +73,24 @@ def make_agent(name: str, *, checkpoint: str | None = None, **options: Any) -> A
     if checkpoint is not None:
         if name not in LEARNED:
             raise UnknownPolicyError(f'policy "{name}" does not learn and takes no checkpoint; leave it out')
-        options["evaluator"] = _evaluator(Path(checkpoint))
+        if name in RIVALS:
+            options["checkpoint"] = Path(checkpoint)
+        else:
+            options["evaluator"] = _evaluator(Path(checkpoint))
+    return cast("Agent", agent_type(name)(**options))
+
+
+def agent_type(name: str) -> Any:
+    """The class behind a name; :class:`UnknownPolicyError` where what it needs is not installed."""
     module_name, class_name = POLICIES[name]
-    factory = getattr(importlib.import_module(module_name), class_name)
-    return cast("Agent", factory(**options))
+    try:
+        return getattr(importlib.import_module(module_name), class_name)
+    except ImportError as error:
+        if name in RIVALS and (error.name or "").partition(".")[0] == "torch":
+            raise UnknownPolicyError(
+                f"policy \"{name}\" needs the [train] extra: pip install 'uav-crowdsensing[train]'"
+            ) from error
+        raise
 
 
 def _evaluator(path: Path) -> Any:

@@ -20,12 +20,12 @@ LABELS = {
 
 
 @contextmanager
-def progress_bar(title: str, total: int) -> Iterator[Callable[[], None]]:
-    """Gives the function that moves the bar one step; silent where stderr is no terminal."""
+def progress_bar(title: str, total: int) -> Iterator[Callable[..., None]]:
+    """Gives the function that moves the bar by one step, or by as many as it is told; silent without a terminal."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), disable=not sys.stderr.isatty()) as progress:
         task = progress.add_task(title, total=total)
-        yield lambda: progress.advance(task)
+        yield lambda steps=1: progress.advance(task, steps)
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from policy.evaluation.tables import plots
 from policy.evaluation.tables.campuses import Campus, find_campus
 from policy.evaluation.tables.cells import fly_task
 from policy.evaluation.tables.grid import SECTIONS, Extent, Grid, make_grid
-from policy.evaluation.tables.methods import Absent, Method, find_models
+from policy.evaluation.tables.methods import Absent, Method, find_models, find_rivals
 from policy.evaluation.tables.paper import CAMPUSES
 from policy.evaluation.tables.provenance import Provenance, machine
 from policy.evaluation.tables.ray_workers import RayError, on_ray
@@ -46,7 +46,7 @@ def add_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
         "--checkpoints",
         type=Path,
         metavar="DIR",
-        help="trained networks of gcrl, one a subfolder, beside those shipped",
+        help="trained networks, one a subfolder: rivals by mission and seed, gcrl's beside those shipped",
     )
     parser.add_argument(
         "--workers", type=whole(1, 1024), default=os.cpu_count() or 1, metavar="N", help="processes (default: cores)"
@@ -107,7 +107,9 @@ def _setting(options: argparse.Namespace) -> _Setting:
         raise CommandError(f"--checkpoints {options.checkpoints}: there is no such folder")
     models = find_models(options.checkpoints)
     sections = tuple(section for section in SECTIONS if section in options.only)
-    return _Setting(make_grid(sections, tuple(campuses), extent, models, options.policies), campuses, absent)
+    rivals = find_rivals(options.checkpoints)
+    grid = make_grid(sections, tuple(campuses), extent, models, options.policies, rivals)
+    return _Setting(grid, campuses, absent)
 
 
 def _campaigns(jobs: Sequence[Job], options: argparse.Namespace) -> Iterable[Outcome]:
@@ -126,12 +128,16 @@ def _ray(jobs: Sequence[Job], options: argparse.Namespace) -> Iterable[Outcome]:
 def _timings(setting: _Setting, store: CellStore) -> tuple[dict[str, dict[str, Any]], Sweep]:
     """Always in one plain process, after the campaigns: nothing may run beside it."""
     grid = setting.grid
-    methods = [(row.name, row.method) for row in grid.methods if isinstance(row.method, Method)]
     campuses = setting.campuses.values() if "table2" in grid.sections else ()
-    jobs = [make_timing(campus, methods, grid.extent.timed_slots, machine()) for campus in campuses]
+    jobs = [make_timing(c, _timed(grid, c.name), grid.extent.timed_slots, machine()) for c in campuses]
     done = _do("decision times", jobs, store, lambda todo: in_processes(todo, time_decisions, 1))
     kept = {job.campus: store.read(job.key) for job in jobs}
     return {campus: timing for campus, timing in kept.items() if timing is not None}, done
+
+
+def _timed(grid: Grid, campus: str) -> list[tuple[str, Method]]:
+    there = [(row.name, row.on(campus)) for row in grid.methods]
+    return [(name, method.for_seed(0)) for name, method in there if isinstance(method, Method)]
 
 
 def _do(title: str, jobs: Sequence[Job], store: CellStore, do: Do) -> Sweep:

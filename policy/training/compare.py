@@ -27,13 +27,12 @@ from policy.training.places import Place, real_names, real_place, walker_places
 from policy.world.arrays import FloatArray
 from policy.world.scenario import Scenario
 
-
 WIDER = 1.3
 """Of the beam: what a plain planner can search in the time that the forecast takes."""
 
 
 def variants(search: SearchSettings) -> dict[str, GcrlSettings]:
-    """The plain planner, the same with more time, what flies, what its forecast replaced, and what flies with the learned value as well."""
+    """The plain planner, the same with more time, what flies, what its forecast replaced, and with the learned value."""
     whole = GcrlSettings(search=search)
     by_rule = replace(whole, use_forecast=False)
     return {

@@ -71,7 +71,7 @@ def serve(
     distance_m = pairwise_distance_m(uav_pos_enu_m, next_user_pos_enu_m)
     was_served = served(distance_m, flying, scenario.altitude_m, scenario.radio) & state.user_active
     xp = array_namespace(distance_m)
-    rate = xp.asarray(scenario.collect_mbps, dtype=state.user_data_mb.dtype)
+    rate = xp.asarray(scenario.collect_mbps, dtype=state.user_data_mb.dtype, device=state.user_data_mb.device)
     data = next_data_mb(state.user_data_mb, was_served, rate, scenario.slot_s)
     aoi = next_aoi_slots(state.user_aoi_slots, was_served)
     keep = state.user_active

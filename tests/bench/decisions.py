@@ -5,7 +5,8 @@ import time
 import numpy as np
 from measures import percentile, summary
 
-from policy.agents.registry import make_agent, policy_names
+from policy.agents.base import Agent
+from policy.agents.registry import RIVALS, agent_type, make_agent, policy_names
 from policy.mobility.walkers import generate_walkers
 from policy.world.scenario import Area, Scenario
 from policy.world.state import initial_state
@@ -42,7 +43,7 @@ class _Runner:
             collect_mbps=np.full(USERS, 0.02),
         )
         self._places = generate_walkers(USERS, 121, 15.0, SIZE_M, 7).pos_enu_m
-        self._agent = make_agent(name)
+        self._agent = _agent(name)
         self._agent.reset(self._scenario, 0)
         self._state = initial_state(self._scenario, self._places[0])
         self._agent.decide(self._state)  # first calls compile and warm caches
@@ -53,3 +54,11 @@ class _Runner:
         action = self._agent.decide(self._state).action
         self.times_s.append(time.perf_counter() - begun_s)
         self._state, _ = step(self._scenario, self._state, action, self._places[slot + 1])
+
+
+def _agent(name: str) -> Agent:
+    """A rival's decision takes as long with an untrained network as with a trained one."""
+    if name not in RIVALS:
+        return make_agent(name)
+    kind = agent_type(name)
+    return kind(learner=kind.learner_type(kind.learner_type.settings_type()))

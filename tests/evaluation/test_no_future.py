@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from fresh_rivals import any_agent
 
-from policy.agents.registry import make_agent, policy_names
+from policy.agents.registry import policy_names
 from policy.evaluation.rollout import fly
 from policy.mission_file import load_mission, open_campaign
 from policy.mobility.feed import TraceFeed
@@ -27,7 +28,7 @@ def test_a_scrambled_future_changes_no_decision(tiny, name, accel):
     scenario = scenario.with_accel(accel)
     assert traces is not None
     ways = [
-        fly(scenario, TraceFeed(users).as_places(), make_agent(name), seed=5) for users in (traces, scrambled(traces))
+        fly(scenario, TraceFeed(users).as_places(), any_agent(name), seed=5) for users in (traces, scrambled(traces))
     ]
     for slot in range(KNOWN + 1):
         assert np.array_equal(ways[0].heading_rad[slot], ways[1].heading_rad[slot])
@@ -39,7 +40,7 @@ def test_a_scrambled_future_changes_no_decision(tiny, name, accel):
 def test_the_same_seed_flies_the_same_way(tiny, name):
     scenario, traces = open_campaign(load_mission(tiny))
     assert traces is not None
-    agent = make_agent(name)
+    agent = any_agent(name)
     first, again = (fly(scenario, TraceFeed(traces).as_places(), agent, seed=5) for _ in range(2))
     assert np.array_equal(np.stack(first.heading_rad), np.stack(again.heading_rad))
     assert first.metrics == again.metrics

@@ -90,7 +90,6 @@ FAULTS = [
     (["--seeds", "0"], "not between"),
     (["--workers", "many"], "no whole number"),
     (["--policies", "randon"], 'did you mean "random"?'),
-    (["--policies", "muzero"], "not in this version"),
     (["--missions", "nowhere"], "no such mission"),
     (["--missions", "demo", "./missions/demo.toml"], "named alike"),
     (["--missions", "demo", "--checkpoints", "absent"], "no such folder"),

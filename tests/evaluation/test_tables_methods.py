@@ -2,12 +2,15 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import pytest
+from fresh_rivals import fresh_learner
 
-from policy.agents.registry import PLANNED, POLICIES
+from policy.agents.registry import POLICIES, RIVALS
+from policy.agents.rivals.checkpoint import CARD, WEIGHTS, save_learner
 from policy.evaluation.tables.grid import QUICK_SLOTS, SECTIONS, Extent, make_grid
-from policy.evaluation.tables.methods import Absent, Method, find_models, pick, registered
+from policy.evaluation.tables.methods import Absent, Method, find_models, find_rivals, pick, registered
 from policy.model.checkpoint import find_checkpoint
 from policy.model.checkpoint_error import CheckpointError
 from policy.model.files import sha256
@@ -59,11 +62,42 @@ def test_a_damaged_network_is_an_error_not_a_missing_row(trained, tmp_path, dama
         find_models(tmp_path)
 
 
-def test_every_registered_method_has_a_row_and_those_to_come_say_so():
+def test_every_registered_method_has_a_row_and_rivals_without_a_network_say_so():
     rows = {row.name: row.method for row in registered(find_models(None))}
     assert set(POLICIES) <= set(rows)
-    assert all(isinstance(rows[name], Method) for name in POLICIES)
-    assert all(rows[name] == Absent("not in this version") for name in PLANNED if name not in POLICIES)
+    assert all(isinstance(rows[name], Method) for name in set(POLICIES) - RIVALS)
+    assert all("no network of it trained there" in rows[name].reason for name in RIVALS)
+
+
+def rival(folder, mission, seed):
+    """A rival's network as training leaves it, untrained."""
+    learner = fresh_learner("aoi-drqn", seed)
+    save_learner(learner, folder / WEIGHTS)
+    card = {
+        "method": "aoi-drqn",
+        "training": {"mission": mission, "seed": seed},
+        "sha256": {"safetensors": sha256(folder / WEIGHTS)},
+    }
+    (folder / CARD).write_text(json.dumps(card))
+
+
+def test_a_rival_flies_the_training_of_its_campus_and_seed(tmp_path):
+    for mission, seed in [("here", 0), ("here", 1), ("there", 0)]:
+        rival(tmp_path / f"{mission}{seed}", mission, seed)
+    row = next(r for r in registered((), find_rivals(tmp_path)) if r.name == "aoi-drqn")
+    here = row.on("here")
+    assert [Path(here.for_seed(seed).checkpoint).parent.name for seed in range(3)] == ["here0", "here1", "here0"]
+    assert Path(row.on("there").for_seed(1).checkpoint).parent.name == "there0"
+    assert isinstance(row.on("elsewhere"), Absent)
+    assert here.for_seed(0).document() != here.for_seed(1).document()
+    assert here.for_seed(1).choice().build().name == "aoi-drqn"
+
+
+def test_a_rivals_weights_that_differ_from_their_card_are_refused(tmp_path):
+    rival(tmp_path / "one", "here", 0)
+    (tmp_path / "one" / WEIGHTS).write_bytes(b"other")
+    with pytest.raises(CheckpointError, match="sha256"):
+        find_rivals(tmp_path)
 
 
 def test_without_any_network_gcrl_is_missing_with_a_reason():

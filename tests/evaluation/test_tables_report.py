@@ -50,7 +50,7 @@ def test_the_page_has_our_figures_and_says_what_is_missing(found):
     assert f"| random | – | {ours} |" in text
     assert "`gcrl` (no checkpoint of it is shipped with this version)" in text
     assert "`muzero`" in text
-    assert "not in this version" in text
+    assert "no network of it trained there is at hand" in text
     assert "- ncsu: not flown, its trace is not at hand" in text
     assert "| random | – | 0.400 | 0.500 | 0.900 | 0.300 |" in text
     assert "| receding-horizon | – | failed |" in text  # asked for, not there

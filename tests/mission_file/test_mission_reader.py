@@ -138,7 +138,6 @@ FAULTS = [
     ('source = "walkers"\ncount = 5', 'source = "trace"', 16, "name the file"),
     ('"walkers"', '"runners"', 17, "'trace', 'walkers' or 'live', not 'runners'"),
     ('name = "random"', 'name = "randon"', 20, 'did you mean "random"?'),
-    ('name = "random"', 'name = "muzero"', 20, "not in this version"),
     ('name = "random"', 'name = "gcrl"\ncheckpoint = "absent.safetensors"', 21, 'no file "absent.safetensors"'),
     ("[policy]", "[radio]\nmcl_db = 80.0\n[policy]", 20, "nobody can be served"),
     ("[policy]", "[radio]\ndevice_height_m = 2.0\n[policy]", 19, "heights must satisfy"),

@@ -96,7 +96,7 @@ def test_scenario_and_state_survive_the_wire(scenario, state):
     ("change", "words"),
     [
         ({"policy": "randon"}, 'did you mean "random"'),
-        ({"policy": "muzero"}, "not in this version"),
+        ({"policy": "muzero"}, "comes without a trained network"),
         ({"scenario": None}, "either mission or scenario"),
         ({"mission": "demo"}, "either mission or scenario"),
         ({"scenario": None, "mission": "../demo"}, "there is no '../demo' here"),

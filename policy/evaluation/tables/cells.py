@@ -19,7 +19,7 @@ from policy.world.scenario import Scenario
 
 _PACKAGE = Path(__file__).resolve().parents[2]
 DECIDING = (
-    *("agents", "mission_file", "mobility", "model", "search", "world"),
+    *("agents", "environments", "mission_file", "mobility", "model", "search", "world"),
     *("evaluation/rollout.py", "evaluation/tables/cells.py"),
 )
 """Sources that decide a campaign's outcome; the others may change without a cell having to be flown again."""
@@ -47,6 +47,11 @@ class Task:
     scenario: Scenario
     traces: UserTraces
 
+    @property
+    def method(self) -> Method:
+        """What flies: the training of this seed where there are several."""
+        return self.point.method.for_seed(self.seed)
+
 
 def make_task(campus: Campus, point: Point, seed: int) -> Task:
     """The cell's task. Raises MissionError where the campaign cannot be flown so."""
@@ -62,7 +67,7 @@ def cell_key(campus: Campus, point: Point, seed: int) -> str:
         "mcl_db": point.mcl_db,
         "slots": campus.slots,
         "seed": seed,
-        **point.method.document(),
+        **point.method.for_seed(seed).document(),
         "code": code_version(),
     }
     return hashlib.sha256(canonical(inputs).encode()).hexdigest()[:32]
@@ -81,7 +86,7 @@ def code_version() -> str:
 def fly_task(task: Task) -> dict[str, Any]:
     """Fly the cell: what its file holds. The same campaign as ``evaluate`` flies for this seed."""
     begun = datetime.now(UTC)
-    agent = task.point.method.choice().build()
+    agent = task.method.choice().build()
     places = TraceFeed(task.traces).as_places()
     record = fly(jittered(task.scenario, task.seed), places, agent, task.seed)
     seconds = (datetime.now(UTC) - begun).total_seconds()
@@ -92,7 +97,7 @@ def _inputs(task: Task) -> dict[str, Any]:
     return {
         "key": task.key,
         "campus": task.point.campus,
-        **task.point.method.document(),
+        **task.method.document(),
         "uavs": task.point.uavs,
         "mcl_db": task.point.mcl_db,
         "slots": task.scenario.slots,

@@ -1,11 +1,21 @@
 """Which campaigns each table and figure stands on."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from policy.agents.gcrl import GcrlSettings
 from policy.evaluation.tables.cells import Point
-from policy.evaluation.tables.methods import Absent, Method, Model, Row, gcrl, pick, registered, with_options
+from policy.evaluation.tables.methods import (
+    Absent,
+    Method,
+    Model,
+    Row,
+    TrainedRival,
+    gcrl,
+    pick,
+    registered,
+    with_options,
+)
 from policy.model.spec import SIMILARITIES
 
 SECTIONS = ("table1", "table2", "table3", "methods", "uavs", "mcl", "trajectories")
@@ -59,21 +69,25 @@ class Grid:
         return tuple(dict.fromkeys(point for section in self.sections for point in self._section(section)))
 
     def _section(self, section: str) -> Iterator[Point]:
-        everyone = _present(row.method for row in self.methods)
+        base = ((BASE_UAVS, BASE_MCL_DB),)
         if section == "table1":
-            yield from self._base(_present(line.method for line in self.similarities))
+            yield from self._at(base, lambda _: (line.method for line in self.similarities))
         elif section == "table3":
-            yield from self._base(_present(row.method for row in self.ablations))
+            yield from self._at(base, lambda campus: (row.on(campus) for row in self.ablations))
         elif section in ("methods", "trajectories"):
-            yield from self._base(everyone)
+            yield from self._at(base, self._everyone)
         elif section in ("uavs", "mcl"):
-            for campus in self.campuses:
-                for uavs, mcl_db in axis(section, self.extent):
-                    yield from (Point(campus, method, uavs, mcl_db) for method in everyone)
+            yield from self._at(axis(section, self.extent), self._everyone)
 
-    def _base(self, methods: Sequence[Method]) -> Iterator[Point]:
+    def _everyone(self, campus: str) -> Iterator[Method | Absent]:
+        return (row.on(campus) for row in self.methods)
+
+    def _at(
+        self, places: Sequence[tuple[int, float]], methods: Callable[[str], Iterator[Method | Absent]]
+    ) -> Iterator[Point]:
         for campus in self.campuses:
-            yield from (Point(campus, method, BASE_UAVS, BASE_MCL_DB) for method in methods)
+            for uavs, mcl_db in places:
+                yield from (Point(campus, method, uavs, mcl_db) for method in _present(methods(campus)))
 
 
 def axis(section: str, extent: Extent) -> tuple[tuple[int, float], ...]:
@@ -84,10 +98,15 @@ def axis(section: str, extent: Extent) -> tuple[tuple[int, float], ...]:
 
 
 def make_grid(
-    sections: Sequence[str], campuses: Sequence[str], extent: Extent, models: Sequence[Model], only: Sequence[str] = ()
+    sections: Sequence[str],
+    campuses: Sequence[str],
+    extent: Extent,
+    models: Sequence[Model],
+    only: Sequence[str] = (),
+    rivals: Sequence[TrainedRival] = (),
 ) -> Grid:
     """``only``: names of the policies to compare; empty for all."""
-    methods = tuple(row for row in registered(models) if not only or row.policy in only)
+    methods = tuple(row for row in registered(models, rivals) if not only or row.policy in only)
     with_gcrl = not only or "gcrl" in only
     return Grid(
         sections=tuple(sections),

@@ -38,7 +38,7 @@ def table_ii(grid: Grid, timings: Mapping[str, Mapping[str, Any]]) -> Iterator[s
         "the clock. Where processor time is much less, other programs held the processor. The paper's figures are from "
         "112 cores."
     )
-    yield from _reasons((row.name, row.method) for row in grid.methods)
+    yield from _missing(grid, grid.methods)
     for campus in grid.campuses:
         measured = timings.get(campus, {}).get("methods", {})
         lines = ([row.name, *_timing(row, campus, measured)] for row in grid.methods)
@@ -66,14 +66,14 @@ def figures(section: str, grid: Grid, cells: Cells) -> Iterator[str]:
     """The data behind Figures 4, 6, 8 (``uavs``) or 5, 7, 9 (``mcl``)."""
     what = f"number of UAVs, {BASE_MCL_DB:g} dB" if section == "uavs" else f"MCL, U = {BASE_UAVS}"
     yield f"## Figures: {what}"
-    yield from _reasons((row.name, row.method) for row in grid.methods)
+    yield from _missing(grid, grid.methods)
     points = axis(section, grid.extent)
     heads = [f"U = {uavs}" if section == "uavs" else f"{mcl_db:g} dB" for uavs, mcl_db in points]
     for campus in grid.campuses:
         figure = FIGURES.get((section, campus))
         title = f"{campus} (Fig. {figure})" if figure else campus
         lines = (
-            [sign, row.name, *(_ours(campus, row.method, cells, metric, at) for at in points)]
+            [sign, row.name, *(_ours(campus, row.on(campus), cells, metric, at) for at in points)]
             for metric, sign in METRICS.items()
             for row in grid.methods
         )
@@ -86,10 +86,15 @@ def picture(name: str, title: str) -> str:
 
 
 def _compared(grid: Grid, rows: Sequence[Row], cells: Cells) -> Iterator[str]:
-    yield from _reasons((row.name, row.method) for row in rows)
+    yield from _missing(grid, rows)
     for campus in grid.campuses:
-        lines = ([row.name, *_pairs(campus, row.method, cells, TABLE_III.get((row.name, campus)))] for row in rows)
+        lines = ([row.name, *_pairs(campus, row.on(campus), cells, TABLE_III.get((row.name, campus)))] for row in rows)
         yield from _titled_table(campus, ["method", *PAIRS], lines)
+
+
+def _missing(grid: Grid, rows: Sequence[Row]) -> Iterator[str]:
+    """What cannot be flown on some campus, and why."""
+    yield from _reasons((row.name, row.on(campus)) for row in rows for campus in grid.campuses)
 
 
 def _reasons(rows: Iterable[tuple[str, Method | Absent]]) -> Iterator[str]:
@@ -120,7 +125,7 @@ def _timing(row: Row, campus: str, measured: Mapping[str, Mapping[str, float]]) 
     printed = TABLE_II_MS.get((row.name, campus))
     yield f"{printed:.3f}" if printed else NOT_PRINTED
     for name in ("p50", "mean", "p99", "processor_p50"):
-        if isinstance(row.method, Absent):
+        if isinstance(row.on(campus), Absent):
             yield MISSING
         else:
             yield f"{measured[row.name][name]:.3f}" if row.name in measured else "failed"

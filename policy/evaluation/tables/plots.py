@@ -46,8 +46,8 @@ def curves(section: str, campus: str, grid: Grid, cells: Cells) -> "Figure":
     along = [uavs if section == "uavs" else mcl_db for uavs, mcl_db in points]
     for panel, metric in zip(panels, METRICS, strict=True):
         for number, row in enumerate(grid.methods):
-            if isinstance(row.method, Method):
-                series = [spread(cells.get(Point(campus, row.method, *at), ()), metric) for at in points]
+            if isinstance(method := row.on(campus), Method):
+                series = [spread(cells.get(Point(campus, method, *at), ()), metric) for at in points]
                 style = {"color": COLOURS[number % 7], "marker": MARKS[number % 7]}
                 _line(panel, along, series, label=row.name, **style)
         panel.set_xlabel("UAVs" if section == "uavs" else "MCL (dB)")
@@ -61,7 +61,9 @@ def curves(section: str, campus: str, grid: Grid, cells: Cells) -> "Figure":
 
 def trajectories(campus: Campus, grid: Grid, cells: Cells) -> "Figure | None":
     """The ways of UAVs (lines) and users (dots) as in Fig. 3, one panel a method; None where none was flown."""
-    flown = [(row.name, way) for row in grid.methods if (way := _way(campus.name, row.method, cells)) is not None]
+    flown = [
+        (row.name, way) for row in grid.methods if (way := _way(campus.name, row.on(campus.name), cells)) is not None
+    ]
     if not flown:
         return None
     figure, panels = _figure((4.5 * len(flown), 4.2), 1, len(flown))

@@ -12,7 +12,7 @@ from policy.evaluation.tables import markdown, plots
 from policy.evaluation.tables.campuses import Campus
 from policy.evaluation.tables.grid import Grid
 from policy.evaluation.tables.load import flat_row
-from policy.evaluation.tables.methods import Absent
+from policy.evaluation.tables.methods import Absent, Method, Row
 from policy.evaluation.tables.paper import FIGURES
 from policy.evaluation.tables.provenance import Provenance
 from policy.evaluation.tables.sweep import Cells
@@ -82,11 +82,17 @@ def _head(found: Findings) -> Iterator[str]:
 
 def _networks(grid: Grid) -> Iterator[str]:
     rows = [*grid.methods, *grid.ablations]
-    methods = dict.fromkeys(row.method for row in rows) | dict.fromkeys(line.method for line in grid.similarities)
+    methods = dict.fromkeys(_single(rows)) | dict.fromkeys(line.method for line in grid.similarities)
     known = {m.checkpoint_sha256: m for m in methods if not isinstance(m, Absent) and m.checkpoint_sha256}
     for digest, method in known.items():
         name = Path(method.checkpoint).name if method.checkpoint else "the shipped default"
         yield f"- Network of `{method.policy}` ({method.network}): {name}, SHA-256 {digest}"
+
+
+def _single(rows: Iterable[Row]) -> Iterator[Method | Absent]:
+    """Every network by itself."""
+    for method in (method for row in rows for method in row.all_methods):
+        yield from method.by_seed if isinstance(method, Method) and method.by_seed else (method,)
 
 
 def _tables(section: str, found: Findings) -> Iterator[str]:

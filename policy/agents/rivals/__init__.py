@@ -1,0 +1,1 @@
+"""What the paper's four learned rivals share: how they fly, remember, explore and are kept on disk. Needs torch."""
