@@ -176,7 +176,7 @@ def check(kept: Store, desk: Desk, people: Crowd, told_in: set[int]) -> None:
             user = by_user.get(name)
             takes_part = phone.joins_s < slot_began_s - 0.2 and phone.leaves_s > slot_began_s + 0.2
             assert (user is not None and user.active) == takes_part, (record.slot, name)
-            if user is not None and user.active and phone.leaves_s > record.time_s:
+            if record.slot and user is not None and user.active and phone.leaves_s > record.time_s:
                 truth_m = phone.place_m(record.time_s)
                 walked_m = math.hypot(*phone.speed_mps) * (MEASURE_S + 0.3)
                 assert math.dist(truth_m, (user.east_m, user.north_m)) <= walked_m + 0.05, (record.slot, name)
