@@ -32,7 +32,7 @@ WIDER = 1.3
 
 
 def variants(search: SearchSettings) -> dict[str, GcrlSettings]:
-    """The plain planner, the same with more time, what flies, what its forecast replaced, and with the learned value."""
+    """The plain planner, the same with more time, what flies, what its forecast replaced, and the learned value."""
     whole = GcrlSettings(search=search)
     by_rule = replace(whole, use_forecast=False)
     return {

@@ -173,7 +173,7 @@ def test_an_event_is_told_after_it_is_committed(store: Store) -> None:
     """Whoever hears of an event finds it in the store through a connection of his own."""
     other = open_engine(store.engine.url.render_as_string(hide_password=False))
     told = 0
-    for index in range(50):
+    for index in range(12):
         store.journal.record(Event(float(index), "plan.late", f"late {index}"))
         with other.connect() as connection:
             told = len(store.tail.since(0))
