@@ -59,4 +59,22 @@ export function allAlerts(
   return found.sort((a, b) => RANK[a.severity] - RANK[b.severity] || (b.sequence ?? Infinity) - (a.sequence ?? Infinity));
 }
 
+export interface AlertGroup extends Alert {
+  /** The events that say the same, newest first; empty for a condition, which nobody can acknowledge away. */
+  notes: { sequence: number; timeS: number }[];
+}
+
+/** What says the same becomes one line, at the newest one's place: a fault that repeats itself hides nothing else. */
+export function grouped(alerts: readonly Alert[]): AlertGroup[] {
+  const groups = new Map<string, AlertGroup>();
+  for (const alert of alerts) {
+    const { sequence, timeS } = alert;
+    const key = sequence === null ? alert.key : `${alert.severity} ${alert.systemId} ${alert.text}`;
+    const group = groups.get(key) ?? { ...alert, notes: [] };
+    if (sequence !== null && timeS !== null) group.notes.push({ sequence, timeS });
+    groups.set(key, group);
+  }
+  return [...groups.values()];
+}
+
 export const worst = (alerts: readonly Alert[]): Severity | null => alerts[0]?.severity ?? null;

@@ -131,7 +131,7 @@ function vehicleAt(recording: Recording, here: RecordedUav, next: RecordedUav | 
     armed: here.active, landed: here.active ? "in_air" : "unknown", position_ready: true,
     lat_deg: north_m === null ? null : lat + north_m / northScale, lon_deg: east_m === null ? null : lng + east_m / eastScale,
     east_m, north_m, alt_home_m: null, vel_ned_mps: [0, 0, 0], yaw_rad: 0,
-    heading_deg: flown.heading_deg, speed_mps: next === undefined ? 0 : flown.speed_mps,
+    heading_deg: ((flown.heading_deg % 360) + 360) % 360, speed_mps: next === undefined ? 0 : flown.speed_mps,
     battery_fraction: 1 - energy / recording.battery_j, return_fraction: null, battery_v: null, loss_ratio: 0,
     heartbeat_age_s: 0, position_age_s: 0, address: "", last_verdict: null, texts: [],
   };

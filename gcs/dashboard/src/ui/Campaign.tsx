@@ -112,7 +112,7 @@ export function Campaign() {
       )}
       {campaign !== null && !state.replaying.value && <Controls campaign={campaign} />}
       {campaign !== null && campaign.slot > 0 && <Afterwards campaign={campaign} />}
-      {message.value !== null && <p class={`verdict${message.value.good ? "" : " bad"}`} role="status">{message.value.text}</p>}
+      {message.value !== null && !state.replaying.value && <p class={`verdict${message.value.good ? "" : " bad"}`} role="status">{message.value.text}</p>}
       <DryRunResult />
       {state.replaying.value ? null : state.mayFly.value ? <Create /> : <p class="note">Sign in with an operator's key to create and fly campaigns.</p>}
     </section>

@@ -147,5 +147,5 @@ function LastVerdict({ vehicle }: { vehicle: VehicleView }) {
   const last = vehicle.last_verdict;
   if (own !== undefined) return <p class={`verdict${own.good ? "" : " bad"}`} role="status">{own.text}</p>;
   if (last === null) return null;
-  return <p class={`verdict${last.result === "accepted" ? "" : " bad"}`}>{verdictText(last.command, last.result, last.reason)}</p>;
+  return <p class={`verdict${["accepted", ""].includes(last.result) ? "" : " bad"}`}>{verdictText(last.command, last.result, last.reason)}</p>;
 }
