@@ -58,7 +58,9 @@ def prepare(page: Page, server: RealServer, shot: Shot) -> None:
 def fly(page: Page, shot: Shot) -> None:
     hold(page, control(page, "^Start field"))
     state_is(page, "flying")
-    expect(page.get_by_test_id("slot-clock")).to_contain_text(re.compile(r"slot [2-9] of 40"), timeout=PATIENCE_MS)
+    expect(page.get_by_test_id("slot-clock")).to_contain_text(
+        re.compile(r"slot ([2-9]|\d\d) of 60"), timeout=PATIENCE_MS
+    )
     expect(page.get_by_test_id("drone-1")).to_contain_text("to return")
     shot(page, "story_2_flying")
     control(page, "^Pause").click()
