@@ -9,17 +9,26 @@ speedup = 1.0          # flight seconds a second: other than 1 only with simulat
 [store]
 url = "sqlite:///gcs-data/gcs.db"     # or postgresql://USER:PASSWORD@HOST/NAME
 [drones]
-1 = "udpout:127.0.0.1:14540"          # system id = address
+1 = "udpout:127.0.0.1:14540"          # system id = address; several links with commas between
+[link]
+library = "pymavlink"                 # or mavsdk
+signing_key = "signing.hex"           # 64 hex digits, chmod 600: sign all, believe nothing unsigned
 [map]
 tiles = "https://tiles.example.org/{z}/{x}/{y}.png"   # or: pmtiles = "campus.pmtiles"; neither: plain background
 attribution = "who made the map"
 [policy]
 url = "http://127.0.0.1:8090"         # decide at `policy serve`; left out: in this process
+[tls]
+certificate = "server.pem"            # with its chain; both or none
+key = "server-key.pem"
+[users]
+keep_places_days = 30                 # after a campaign's end; then the places of its users are wiped
+away_after_s = 300                    # a live user of whom nothing is heard for so long takes no part
 """
 
 import tomllib
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -59,6 +68,13 @@ class PolicySection(Section):
     url: Annotated[str, Field(pattern=r"^https?://.+")] | None = None
 
 
+class LinkSection(Section):
+    """How vehicles are talked to."""
+
+    library: Literal["pymavlink", "mavsdk"] = "pymavlink"
+    signing_key: Path | None = None
+
+
 class MapSection(Section):
     """What lies under the campaign on the page's map: nothing, tiles of another server, or a PMTiles file here."""
 
@@ -77,14 +93,37 @@ class MapSection(Section):
         return self
 
 
+class TlsSection(Section):
+    """Certificate and key, PEM files."""
+
+    certificate: Annotated[str, Field(min_length=1)] | None = None
+    key: Annotated[str, Field(min_length=1)] | None = None
+
+    @model_validator(mode="after")
+    def _both(self) -> "TlsSection":
+        if (self.certificate is None) != (self.key is None):
+            raise ValueError("certificate and key go together: give both or none")
+        return self
+
+
+class UsersSection(Section):
+    """People who report where they are."""
+
+    keep_places_days: Annotated[float, Field(ge=0.0, le=36_500.0)] = 30.0
+    away_after_s: Annotated[float, Field(ge=10.0, le=86_400.0)] = 300.0
+
+
 class ServerConfig(Section):
     """The whole file."""
 
     server: ServerSection = ServerSection()
     store: StoreSection = StoreSection()
     drones: dict[SystemId, Annotated[str, Field(min_length=1)]] = {}
+    link: LinkSection = LinkSection()
     policy: PolicySection = PolicySection()
     map: MapSection = MapSection()
+    tls: TlsSection = TlsSection()
+    users: UsersSection = UsersSection()
 
 
 def load_config(path: Path | None) -> ServerConfig:

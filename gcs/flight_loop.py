@@ -8,15 +8,18 @@ import logging
 import queue
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from gcs.mission.manager import MissionManager, Refused
 from gcs.mission.order import CampaignOrder
 from gcs.mission.preflight import Line, check_fleet, red_lines
 from gcs.mission.resume import Resumption
 from gcs.ports import (
+    CampaignSnapshot,
     CommandKind,
     CommandTicket,
     Event,
@@ -41,6 +44,9 @@ HEALTHY_S = 1.0  # wall time since the last tick beyond which nobody should trus
 SPREAD_FROM = 10  # fleets larger than this are sent to in several bursts a tick (one burst is lost in buffers)
 SPREAD_SHARE = 0.6  # of a tick over which the bursts are spread
 MISSED_REPORT_S = 10.0
+_Told: TypeAlias = tuple[CampaignSnapshot | None, bool, tuple[int, ...]]
+"""A campaign, the stop latch of all, and the drones stopped one by one."""
+MOST_UNTOLD = 100  # ticks that wait for the store before they are told; the journal gives up long before
 
 _ON_CAMPAIGN_DRONES = frozenset({CommandKind.HOLD, CommandKind.RETURN, CommandKind.LAND, CommandKind.TERMINATE})
 _FORBIDDEN_WHEN_STOPPED = frozenset({CommandKind.ARM, CommandKind.TAKEOFF, CommandKind.GUIDED})
@@ -80,6 +86,8 @@ class FlightLoop:
         self._missed = 0
         self._missed_reported_s = clock.now_s()
         self._snapshot = FlightSnapshot(clock.now_s(), 0)
+        self._untold: deque[tuple[Callable[[], bool], _Told]] = deque(maxlen=MOST_UNTOLD)
+        self._told: _Told = (None, False, ())
 
     # --- any thread -----------------------------------------------------------------------------------------------
 
@@ -134,6 +142,8 @@ class FlightLoop:
         self._send(safe, now_s)
         self._settle_commands(now_s)
         self._link.flush(now_s)
+        for notice in self._link.drain_notices():
+            self._journal.record(Event(now_s, "link.notice", notice, Severity.WARNING))
         return self._publish(now_s)
 
     def start(self, order: CampaignOrder, actor: str = "system") -> None:
@@ -144,9 +154,9 @@ class FlightLoop:
         """Go on with a campaign of a process before; to be called before :meth:`run`."""
         self._manager.take_up(order, resumption, self._clock.now_s())
 
-    def latch_stop(self) -> None:
-        """The emergency stop was latched when the process before ended; to be called before :meth:`run`."""
-        self._manager.emergency.press()
+    def latch_stop(self, system_id: int | None = None) -> None:
+        """The emergency stop, for all or one, was latched when the process before ended; before :meth:`run`."""
+        self._manager.emergency.press(system_id)
 
     def _wait(self) -> float:
         self._clock.wait_until(self._next_s)
@@ -179,15 +189,26 @@ class FlightLoop:
         period_s = wall_s - self._sent_wall_s if self._sent_wall_s is not None else None
         self._sent_wall_s = self._ticked_wall_s = wall_s
         self._tick += 1
+        campaign, stopped, stopped_ids = self._durable(now_s)
         self._snapshot = FlightSnapshot(
             time_s=now_s,
             tick=self._tick,
             vehicles=tuple(self._manager.vehicles.values()),
-            campaign=self._manager.snapshot(now_s),
-            stopped=self._manager.emergency.latched,
+            campaign=campaign,
+            stopped=stopped,
+            stopped_ids=stopped_ids,
             setpoint_period_s=period_s,
         )
         return self._snapshot
+
+    def _durable(self, now_s: float) -> _Told:
+        """The newest campaign and stop latches whose records are in the store: mostly this tick's, else one before."""
+        manager, emergency = self._manager, self._manager.emergency
+        told = (manager.snapshot(now_s), emergency.latched, tuple(sorted(emergency.ones)))
+        self._untold.append((self._journal.durability(), told))
+        while self._untold and self._untold[0][0]():
+            _, self._told = self._untold.popleft()
+        return self._told
 
     def _take_requests(self, now_s: float) -> None:
         while not self._jobs.empty():
@@ -214,9 +235,9 @@ class FlightLoop:
             self._preflight(job.order, request, now_s)
             manager.start(job.order, now_s, request.actor)
         elif request.kind is RequestKind.EMERGENCY_STOP:
-            manager.stop(now_s, request.actor)
+            manager.stop(now_s, request.actor, request.system_id)
         elif request.kind is RequestKind.RESET_STOP:
-            manager.reset_stop(now_s, request.actor)
+            manager.reset_stop(now_s, request.actor, request.system_id)
         else:
             self._check_campaign(request)
             actions = {
@@ -254,7 +275,7 @@ class FlightLoop:
         command = job.request.command
         if command is None:
             raise Refused("a command request needs a command")
-        if self._manager.emergency.latched and command.kind in _FORBIDDEN_WHEN_STOPPED:
+        if self._manager.emergency.stops(command.system_id) and command.kind in _FORBIDDEN_WHEN_STOPPED:
             raise Refused("the emergency stop is latched; reset it first")
         if self._manager.holds(command.system_id):
             if command.kind not in _ON_CAMPAIGN_DRONES:

@@ -12,6 +12,7 @@ from gcs.api import documentation, page, problems
 from gcs.api.auth import Door, Gatekeeper, Refusal
 from gcs.api.bodies import ProblemDocument
 from gcs.api.context import ApiContext
+from gcs.api.durable import Durable
 from gcs.api.guards import BodyLimit, SafeHeaders, SameOrigin
 from gcs.api.idempotency import Idempotency
 from gcs.api.live_users import LiveCampaigns
@@ -30,6 +31,7 @@ from gcs.api.routes import (
     map_tiles,
     recordings,
     reports,
+    reports_socket,
     series,
     session,
     shelf,
@@ -81,6 +83,7 @@ def _include_routes(app: FastAPI) -> None:
     for module in (campaigns, *looking, live, drones, acknowledgements, keys, session):
         app.include_router(module.router, prefix="/api/v1", dependencies=[Security(BEARER)], responses=PROBLEMS)
     app.include_router(stream.router, prefix="/api/v1")
+    app.include_router(reports_socket.router, prefix="/api/v1")
     app.include_router(health.router)
 
 
@@ -88,6 +91,7 @@ def _add_layers(app: FastAPI, context: ApiContext) -> None:
     """The last one added is the outermost."""
     settings = context.settings
     door = Door(context.store.keys, settings)
+    app.add_middleware(Durable, journal=context.store.journal)
     app.add_middleware(Idempotency, answers=context.store.answers)
     app.add_middleware(BodyLimit, max_bytes=settings.max_body_bytes)
     app.add_middleware(Gatekeeper, door=door, on_refusal=_refusal_log(context))

@@ -126,7 +126,7 @@ def metrics_view(metrics: Metrics | None) -> MetricsView | None:
 
 
 def user_views(record: SlotRecord) -> list[UserView]:
-    """Everybody at the end of a slot."""
+    """Everybody at the end of a slot; who left has no place."""
     return [_user_view(user) for user in record.users]
 
 

@@ -4,9 +4,10 @@ import argparse
 import datetime as dt
 import importlib
 import re
+import shlex
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +17,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from gcs.bootstrap import Cast, make_loop, make_order, make_preparer
+from gcs.cli.beside_flight import comparison
 from gcs.cli.errors import UsageError, complain
 from gcs.cli.flight_log import FlightLog
 from gcs.cli.flight_results import FlownCampaign, print_table, random_beside, trajectory_rows, write_report
@@ -23,11 +25,12 @@ from gcs.cli.mock_fleet import MockOptions, mock_fleet
 from gcs.cli.preflight import preflight
 from gcs.clock import ClockError, LockstepClock, RealClock
 from gcs.flight_loop import FlightLoop
-from gcs.links.pymavlink_link import PymavlinkFleetLink
+from gcs.links.fleet_link import WiredFleetLink
+from gcs.links.opening import LIBRARIES, open_link
 from gcs.links.tlog import TlogRecorder
 from gcs.mission.order import CampaignOrder
 from gcs.mission.states import FINAL
-from gcs.ports import CampaignState, FlightClock, FlightSnapshot, OperatorRequest, RequestKind
+from gcs.ports import CampaignState, FlightClock, FlightSnapshot, OperatorRequest, RequestKind, VehicleStatus
 from policy.evaluation.evaluate import policy_of
 from policy.evaluation.files import check_destination
 from policy.evaluation.results import write_result
@@ -49,7 +52,13 @@ def add_fly_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser
     add("--fleet", choices=["mock"], help="fly mock drones, started for this flight (default without --drone)")
     add("--flavour", choices=["px4", "ardupilot"], default="px4", help="of the mock drones (default px4)")
     add("--wind-ms", metavar="SPEED,FROM_DEG", help="steady wind for the mock drones")
-    add("--drone", action="append", default=[], metavar="SYSID=ADDRESS", help="fly a real drone; once for each")
+    add(
+        "--drone",
+        action="append",
+        default=[],
+        metavar="SYSID=ADDRESS",
+        help="fly a real drone; once for each, several links with commas between",
+    )
     add("--policy", metavar="NAME", help="instead of the mission's")
     add("--checkpoint", metavar="FILE", help="weights of a learned policy")
     add("--policy-url", metavar="URL", help="ask this `policy serve` instead of a policy of this process")
@@ -59,6 +68,8 @@ def add_fly_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser
     add("--json", type=Path, metavar="FILE", help="write the result object")
     add("--trajectory", type=Path, metavar="FILE", help="write where everyone was after each slot (CSV)")
     add("--tlog", type=Path, metavar="DIR", help="record every link (.tlog, opens in QGroundControl and MAVProxy)")
+    add("--link", choices=LIBRARIES, default="pymavlink", help="MAVLink library (default pymavlink)")
+    add("--signing-key", type=Path, metavar="FILE", help="64 hex digits: sign all, believe nothing unsigned")
     add("--serve", nargs="?", const="127.0.0.1:8080", metavar="HOST:PORT", help="show the flight on a page meanwhile")
     add("--keep", action="store_true", help="with --serve: leave the page up after the flight")
     fly.set_defaults(run=run_fly)
@@ -79,7 +90,7 @@ def run_fly(args: argparse.Namespace) -> int:
 @dataclass(frozen=True)
 class _Fleet:
     clock: FlightClock
-    link: PymavlinkFleetLink
+    link: WiredFleetLink
 
 
 def _fly(args: argparse.Namespace) -> int:
@@ -122,10 +133,11 @@ def _fly(args: argparse.Namespace) -> int:
             events=tuple(log.events),
             violations=loop.violations(),
             wall_s=time.monotonic() - begun_s,
-            begun_utc=begun.isoformat(),
+            begun_utc=begun.isoformat(timespec="seconds"),
+            repeat=_repeat(args),
         )
         progress.stop()
-        code = _conclude(args, flown)
+        code = _conclude(args, flown, last.vehicles)
         if page is not None and args.keep:
             _keep(loop, args, page.address)
     return code
@@ -181,7 +193,18 @@ def _bar(progress: Progress, bar: TaskID) -> Callable[[FlightSnapshot], bool]:
     return show
 
 
-def _conclude(args: argparse.Namespace, flown: FlownCampaign) -> int:
+def _repeat(args: argparse.Namespace) -> str:
+    """The command on the report's own mission file, which names the policy; outputs are left out."""
+    words = ["python", "-m", "gcs", "fly", "mission.toml", "--seed", str(args.seed)]
+    words += [part for drone in args.drone for part in ("--drone", drone)]
+    words += [] if args.drone else ["--fleet", "mock", "--flavour", args.flavour]
+    words += ["--wind-ms", args.wind_ms] if args.wind_ms else []
+    words += ["--policy-url", args.policy_url] if args.policy_url else []
+    words += [] if args.drone else ["--speedup", "max" if args.speedup is None else f"{args.speedup:g}"]
+    return shlex.join(words)
+
+
+def _conclude(args: argparse.Namespace, flown: FlownCampaign, vehicles: Sequence[VehicleStatus]) -> int:
     console, metrics = Console(), flown.metrics
     if metrics is not None:
         if args.json is not None:
@@ -191,7 +214,8 @@ def _conclude(args: argparse.Namespace, flown: FlownCampaign) -> int:
         random = random_beside(flown)
         print_table(flown, metrics, random, console)
         if args.report is not None:
-            console.print(f"report: {write_report(flown, random, args.report)}", soft_wrap=True)
+            beside = comparison(flown, vehicles)
+            console.print(f"report: {write_report(flown, beside, args.report)}", soft_wrap=True)
     if flown.state is CampaignState.DONE:
         return 0
     print_reason = f"the campaign is {flown.state} after {flown.records[-1].slot if flown.records else 0} slots"
@@ -218,12 +242,12 @@ def _drones(args: argparse.Namespace, mission: Mission) -> dict[int, str | None]
 
 @contextmanager
 def _fleet(args: argparse.Namespace, mission: Mission, drones: Mapping[int, str | None]) -> Iterator[_Fleet]:
-    addresses = {address: system_id for system_id, address in drones.items() if address is not None}
+    addresses = {system_id: address for system_id, address in drones.items() if address is not None}
     with ExitStack() as stack:
         if not addresses:
             yield _mock_fleet(args, mission, stack)
             return
-        link = PymavlinkFleetLink(list(addresses), addresses, _recorder(args, stack))
+        link = open_link(addresses, args.link, signing_key=args.signing_key, recorder=_recorder(args, stack))
         stack.callback(link.close)
         yield _Fleet(RealClock(args.speedup), link)
 
@@ -240,7 +264,9 @@ def _mock_fleet(args: argparse.Namespace, mission: Mission, stack: ExitStack) ->
     extra = ("--wind-ms", args.wind_ms) if args.wind_ms else ()
     home = (lat_deg, lon_deg, GROUND_AMSL_M)
     mock = stack.enter_context(mock_fleet(MockOptions(scenario.num_uavs, home, args.flavour, extra)))
-    link = PymavlinkFleetLink(list(mock.drones), mock.drones, _recorder(args, stack))
+    if args.link != "pymavlink":
+        raise UsageError("mock drones fly in lock step, which needs --link pymavlink; give real ones with --drone")
+    link = open_link({i: address for address, i in mock.drones.items()}, recorder=_recorder(args, stack))
     stack.callback(link.close)
     clock = LockstepClock(mock.clock, args.speedup)
     stack.callback(clock.close)

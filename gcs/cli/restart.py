@@ -49,6 +49,8 @@ class Restart:
         """The newest campaign in the air is taken up; others cannot have been, and are closed."""
         if self.store.checkpoints.stop_latched():
             self.loop.latch_stop()
+        for system_id in self.store.checkpoints.stopped_ones():
+            self.loop.latch_stop(system_id)
         unfinished = sorted(self.store.campaigns.unfinished(), key=lambda record: record.updated_at)
         for record in unfinished[:-1]:
             close(self.store, record, f"the server ended while it was {record.state}, and another one flew later")

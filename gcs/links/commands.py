@@ -4,14 +4,14 @@ Repeats carry ``confirmation`` + 1; IN_PROGRESS extends the wait; a refusal wait
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 from gcs.links.modes import ARDUPILOT, MODE_PARAMETERS, PX4
 from gcs.ports import CommandKind, FlightMode, Landed, VehicleCommand, VehicleStatus, Verdict, VerdictResult
 
 ACK_TIMEOUT_S: Final = 1.0
+URGENT_TIMEOUT_S: Final = 0.3  # an emergency stop is not asked for at leisure
 MAX_ATTEMPTS: Final = 5
 IN_PROGRESS_TIMEOUT_S: Final = 10.0
 WORDS_WAIT_S: Final = 0.5
@@ -103,6 +103,12 @@ def _takeoff(command: VehicleCommand, status: VehicleStatus) -> LongCommand:
     return _long(CMD_NAV_TAKEOFF, nan, 0.0, 0.0, nan, nan, nan, home_amsl_m + command.altitude_m)
 
 
+class Sender(Protocol):
+    """Sends a command with its ``confirmation`` count; ``everywhere``: over all links of the vehicle."""
+
+    def __call__(self, wire: LongCommand, confirmation: int, *, everywhere: bool = False) -> None: ...
+
+
 class CommandTransaction:
     """A ticket (:class:`gcs.ports.CommandTicket`) that its session drives."""
 
@@ -121,7 +127,7 @@ class CommandTransaction:
         """The verdict is known."""
         return self.verdict is not None
 
-    def step(self, now_s: float, status: VehicleStatus, send: Callable[[LongCommand, int], None]) -> None:
+    def step(self, now_s: float, status: VehicleStatus, send: Sender) -> None:
         """Send when due; give up after the last repeat."""
         if self.done or now_s < self._deadline_s:
             return
@@ -132,9 +138,10 @@ class CommandTransaction:
         elif self._attempts > 0 and self._already_happening(status):
             self._finish(now_s, VerdictResult.ACCEPTED, "the answer was lost, but the vehicle is climbing")
         else:
-            send(self.wire, self._attempts)
+            urgent = self.command.urgent
+            send(self.wire, self._attempts, everywhere=urgent)
             self._attempts += 1
-            self._deadline_s = now_s + ACK_TIMEOUT_S
+            self._deadline_s = now_s + (URGENT_TIMEOUT_S if urgent else ACK_TIMEOUT_S)
 
     def on_ack(self, result: int, now_s: float) -> None:
         """The vehicle's COMMAND_ACK for this command number."""

@@ -16,8 +16,27 @@ MAX_REQUESTS: Final = 5
 _STANDARD_GRAVITY_MPS2: Final = 9.80665
 
 WANTED: Final[dict[str, tuple[str, ...]]] = {
-    PX4: ("MPC_XY_VEL_MAX", "MPC_ACC_HOR", "COM_OF_LOSS_T", "NAV_DLL_ACT"),
-    ARDUPILOT: ("WPNAV_ACCEL", "ANGLE_MAX", "GUID_TIMEOUT", "FS_GCS_ENABLE", "SYSID_MYGCS"),
+    PX4: (
+        "MPC_XY_VEL_MAX",
+        "MPC_ACC_HOR",
+        "MPC_TILTMAX_AIR",
+        "COM_OF_LOSS_T",
+        "COM_OBL_RC_ACT",
+        "NAV_DLL_ACT",
+        "COM_LOW_BAT_ACT",
+        "GF_ACTION",
+        "RTL_RETURN_ALT",
+    ),
+    ARDUPILOT: (
+        "WPNAV_ACCEL",
+        "ANGLE_MAX",
+        "GUID_TIMEOUT",
+        "FS_GCS_ENABLE",
+        "SYSID_MYGCS",
+        "BATT_FS_LOW_ACT",
+        "FENCE_ENABLE",
+        "RTL_ALT",
+    ),
 }
 
 _INTEGER_FORMATS: Final = {1: "<B", 2: "<b", 3: "<H", 4: "<h", 5: "<I", 6: "<i"}  # MAV_PARAM_TYPE
@@ -36,7 +55,7 @@ def limits_from(autopilot: str, values: Mapping[str, float]) -> VehicleLimits:
     if autopilot == PX4:
         return VehicleLimits(
             max_speed_mps=values.get("MPC_XY_VEL_MAX"),
-            max_accel_mps2=values.get("MPC_ACC_HOR"),
+            max_accel_mps2=_px4_accel_mps2(values),
             setpoint_timeout_s=values.get("COM_OF_LOSS_T"),
         )
     if autopilot == ARDUPILOT:
@@ -46,13 +65,26 @@ def limits_from(autopilot: str, values: Mapping[str, float]) -> VehicleLimits:
     return VehicleLimits()
 
 
+def _px4_accel_mps2(values: Mapping[str, float]) -> float | None:
+    """MPC_ACC_HOR (m/s^2), and never more than a lean of MPC_TILTMAX_AIR (degrees) gives."""
+    if "MPC_ACC_HOR" not in values:
+        return None
+    if "MPC_TILTMAX_AIR" not in values:
+        return values["MPC_ACC_HOR"]
+    return min(values["MPC_ACC_HOR"], _lean_accel_mps2(values["MPC_TILTMAX_AIR"]))
+
+
+def _lean_accel_mps2(lean_deg: float) -> float:
+    return _STANDARD_GRAVITY_MPS2 * math.tan(math.radians(lean_deg))
+
+
 def _ardupilot_accel_mps2(values: Mapping[str, float]) -> float | None:
     """GUIDED shapes velocity by WPNAV_ACCEL (cm/s^2) and can never lean further than ANGLE_MAX (centidegrees)."""
     candidates = []
     if "WPNAV_ACCEL" in values:
         candidates.append(values["WPNAV_ACCEL"] / 100.0)
     if "ANGLE_MAX" in values:
-        candidates.append(_STANDARD_GRAVITY_MPS2 * math.tan(math.radians(values["ANGLE_MAX"] / 100.0)))
+        candidates.append(_lean_accel_mps2(values["ANGLE_MAX"] / 100.0))
     return min(candidates) if candidates else None
 
 

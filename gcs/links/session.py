@@ -1,9 +1,9 @@
 """One vehicle's MAVLink session, sans-IO: messages in, status out; what is to be sent goes to a callback."""
 
 from collections import deque
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Final
+from functools import partial
+from typing import Any, Final, Protocol
 
 from gcs.links.boot_clock import BootClock
 from gcs.links.commands import (
@@ -18,6 +18,7 @@ from gcs.links.parameters import ParameterReader, decode_value, limits_from
 from gcs.links.status import UPDATES, with_heartbeat, with_position
 from gcs.links.subscriptions import Subscriptions
 from gcs.links.texts import TextJoiner
+from gcs.links.wire import Fields
 from gcs.ports import CommandTicket, VehicleCommand, VehicleStatus
 
 _PREARM_BIT: Final = 1 << 28  # MAV_SYS_STATUS_PREARM_CHECK
@@ -25,9 +26,14 @@ _POS_HORIZ_ABS: Final = 16  # the same bit in ESTIMATOR_STATUS_FLAGS and EKF_STA
 _EKF_CONST_POS: Final = 128  # EKF_CONST_POS_MODE: no position at all
 _CAPABILITY_PARAM_C_CAST: Final = 131_072  # MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
 _TEXTS_KEPT: Final = 20
+_MOTOR_WORDS: Final = ("motor failure", "potential thrust loss")
+"""PX4's failure detector and ArduPilot's thrust check; their health flags do not tell."""
 
-Send = Callable[[str, tuple[Any, ...]], None]
-"""Sends the message that pymavlink's ``<name>_encode`` makes, with these arguments after the target ids."""
+
+class Send(Protocol):
+    """Sends a message to the vehicle; the target ids are filled in. ``everywhere``: over all its links."""
+
+    def __call__(self, name: str, fields: Fields, *, everywhere: bool = False) -> None: ...
 
 
 class VehicleSession:
@@ -43,6 +49,7 @@ class VehicleSession:
         self._joiner = TextJoiner()
         self._estimator_ok = False
         self._prearm_ok = False
+        self._motors_lost = False
         self._bytewise_params: bool | None = None
 
     @property
@@ -50,13 +57,14 @@ class VehicleSession:
         """How often the vehicle's boot time began anew."""
         return self._boot_clock.reboots
 
-    def receive(self, message: Any, now_s: float) -> None:
-        """Take one decoded message in."""
-        name = message.get_type()
+    def receive(self, name: str, message: Any, now_s: float) -> None:
+        """Take one decoded message in: its name, and its fields as attributes."""
         self._subscriptions.on_message(name, now_s)
         update = UPDATES.get(name)
         if update is not None:
             self.status = update(self.status, message)
+            if self._motors_lost:
+                self.status = replace(self.status, motors_ok=False)
         match name:
             case "HEARTBEAT":
                 self.status = with_heartbeat(self.status, message, now_s)
@@ -70,6 +78,9 @@ class VehicleSession:
                 self._on_ack(message, now_s)
             case "PARAM_VALUE":
                 self._on_param(message)
+            case "SYSTEM_TIME" if message.time_unix_usec > 0:
+                offset_s = message.time_unix_usec / 1e6 - now_s
+                self.status = replace(self.status, clock_offset_s=offset_s)
             case "AUTOPILOT_VERSION":
                 self._bytewise_params = not message.capabilities & _CAPABILITY_PARAM_C_CAST
             case _:
@@ -91,17 +102,19 @@ class VehicleSession:
     def flush(self, now_s: float, send: Send) -> None:
         """Send what is due: orders, rate requests, parameter requests."""
         for number, transaction in list(self._commands.items()):
-            transaction.step(now_s, self.status, lambda wire, again: _send_long(send, wire, again))
+            transaction.step(now_s, self.status, partial(_send_long, send))
             if transaction.done:
                 del self._commands[number]
+        for message_id in self._subscriptions.once(self.status.autopilot, now_s):
+            _send_long(send, LongCommand(512, (float(message_id), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)), 0)
         missing, streams = self._subscriptions.due(self.status.autopilot, now_s)
         for message_id, rate_hz in missing:
             _send_long(send, _interval(message_id, rate_hz), 0)
         if streams:
-            send("request_data_stream", (0, 10, 1))
+            send("REQUEST_DATA_STREAM", {"req_stream_id": 0, "req_message_rate": 10, "start_stop": 1})
         name = self._parameters.next_request(self.status.autopilot, now_s)
         if name is not None:
-            send("param_request_read", (name.encode("ascii"), -1))
+            send("PARAM_REQUEST_READ", {"param_id": name, "param_index": -1})
         elif not self.status.parameters_settled and self._parameters.settled(self.status.autopilot, now_s):
             self.status = replace(self.status, parameters_settled=True)
 
@@ -128,7 +141,8 @@ class VehicleSession:
         if text is None:
             return
         self._texts.append(text)
-        self.status = replace(self.status, texts=tuple(self._texts))
+        self._motors_lost |= any(words in text.lower() for words in _MOTOR_WORDS)
+        self.status = replace(self.status, texts=tuple(self._texts), motors_ok=not self._motors_lost)
         for transaction in self._commands.values():
             transaction.on_text(text)
 
@@ -147,8 +161,9 @@ class VehicleSession:
             self.status = replace(self.status, limits=limits, parameters=dict(self._parameters.values))
 
 
-def _send_long(send: Send, wire: LongCommand, confirmation: int) -> None:
-    send("command_long", (wire.number, confirmation, *wire.params))
+def _send_long(send: Send, wire: LongCommand, confirmation: int, *, everywhere: bool = False) -> None:
+    params = {f"param{number}": value for number, value in enumerate(wire.params, start=1)}
+    send("COMMAND_LONG", {"command": wire.number, "confirmation": confirmation} | params, everywhere=everywhere)
 
 
 def _interval(message_id: int, rate_hz: float) -> LongCommand:

@@ -11,6 +11,8 @@ from gcs.ports import Landed, VehicleStatus
 _AUTOPILOTS: Final = {12: PX4, 3: ARDUPILOT}  # MAV_AUTOPILOT
 _LANDED: Final = {1: Landed.ON_GROUND, 2: Landed.IN_AIR, 3: Landed.TAKING_OFF, 4: Landed.LANDING}
 _MODE_FLAG_ARMED: Final = 128  # MAV_MODE_FLAG_SAFETY_ARMED
+_GPS_BIT: Final = 1 << 5  # MAV_SYS_STATUS_SENSOR_GPS
+_MOTORS_BIT: Final = 1 << 15  # MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
 _UNKNOWN_VOLTAGE: Final = 65_535  # UINT16_MAX: not measured
 
 
@@ -42,7 +44,14 @@ def _with_attitude(status: VehicleStatus, message: Any) -> VehicleStatus:
 def _with_sys_status(status: VehicleStatus, message: Any) -> VehicleStatus:
     fraction = None if message.battery_remaining < 0 else message.battery_remaining / 100.0
     volts = None if message.voltage_battery == _UNKNOWN_VOLTAGE else message.voltage_battery / 1e3
-    return replace(status, battery_fraction=fraction, battery_v=volts)
+    sick = message.onboard_control_sensors_enabled & ~message.onboard_control_sensors_health
+    return replace(
+        status,
+        battery_fraction=fraction,
+        battery_v=volts,
+        satellites_ok=not sick & _GPS_BIT,
+        motors_ok=not sick & _MOTORS_BIT,
+    )
 
 
 def _with_landed(status: VehicleStatus, message: Any) -> VehicleStatus:
@@ -53,10 +62,28 @@ def _with_home(status: VehicleStatus, message: Any) -> VehicleStatus:
     return replace(status, home_lat_deg=message.latitude / 1e7, home_lon_deg=message.longitude / 1e7)
 
 
+def _with_version(status: VehicleStatus, message: Any) -> VehicleStatus:
+    """AUTOPILOT_VERSION.flight_sw_version: major, minor, patch, and the kind of release in the lowest byte."""
+    packed = message.flight_sw_version
+    return replace(status, version=f"{packed >> 24 & 255}.{packed >> 16 & 255}.{packed >> 8 & 255}")
+
+
+def _with_wind(status: VehicleStatus, message: Any) -> VehicleStatus:
+    return replace(status, wind_mps=message.speed if math.isfinite(message.speed) else None)
+
+
+def _with_wind_cov(status: VehicleStatus, message: Any) -> VehicleStatus:
+    speed_mps = math.hypot(message.wind_x, message.wind_y)
+    return replace(status, wind_mps=speed_mps if math.isfinite(speed_mps) else None)
+
+
 UPDATES: Final[dict[str, Callable[[VehicleStatus, Any], VehicleStatus]]] = {
     "ATTITUDE": _with_attitude,
     "SYS_STATUS": _with_sys_status,
     "EXTENDED_SYS_STATE": _with_landed,
     "HOME_POSITION": _with_home,
+    "AUTOPILOT_VERSION": _with_version,
+    "WIND": _with_wind,
+    "WIND_COV": _with_wind_cov,
 }
 """Messages whose whole meaning is a new status."""

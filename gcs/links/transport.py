@@ -1,14 +1,19 @@
-"""Sockets that never block: ``udpout:HOST:PORT``, ``udpin:HOST:PORT`` and ``tcp:HOST:PORT``."""
+"""Ways to vehicles that never block: ``udpout:``, ``udpin:``, ``tcp:HOST:PORT`` and ``serial:DEVICE:BAUD``."""
 
 import contextlib
 import errno
 import socket
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
+
+import serial
 
 RECEIVE_BUFFER_BYTES = 4 << 20  # one frame a datagram from many vehicles overruns the default
 _MAX_DATAGRAM_BYTES = 65_535
 _RECONNECT_S = 1.0
+_SCHEMES = frozenset({"udpout", "udpin", "tcp", "serial"})
+_HOW = "write udpout:HOST:PORT, udpin:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD"
 
 Peer = tuple[str, int]
 
@@ -27,12 +32,15 @@ class Transport(Protocol):
     def write(self, data: bytes, peer: Peer | None) -> None:
         """Send to ``peer``, or to everyone known when None. A full buffer drops, as a radio would."""
 
+    def peers(self) -> list[Peer]:
+        """Everyone known."""
+
     def close(self) -> None: ...
 
 
 @dataclass(frozen=True)
 class Address:
-    """A parsed ``scheme:host:port``."""
+    """A parsed ``scheme:host:port``; for a serial line the device and its baud rate."""
 
     scheme: str
     host: str
@@ -42,9 +50,12 @@ class Address:
 def parse_address(text: str) -> Address:
     """Parse an address or raise LinkError."""
     parts = text.split(":")
-    if len(parts) != 3 or parts[0] not in {"udpout", "udpin", "tcp"} or not parts[1]:
-        raise LinkError(f"address '{text}' is not understood; write udpout:HOST:PORT, udpin:HOST:PORT or tcp:HOST:PORT")
-    if not parts[2].isdecimal() or not 1 <= int(parts[2]) <= 65_535:
+    if len(parts) != 3 or parts[0] not in _SCHEMES or not parts[1]:
+        raise LinkError(f"address '{text}' is not understood; {_HOW}")
+    if parts[0] == "serial":
+        if not parts[2].isdecimal() or not 1200 <= int(parts[2]) <= 4_000_000:
+            raise LinkError(f"address '{text}' has no baud rate; write for example serial:{parts[1]}:57600")
+    elif not parts[2].isdecimal() or not 1 <= int(parts[2]) <= 65_535:
         raise LinkError(
             f"address '{text}' has no port between 1 and 65535; write for example {parts[0]}:{parts[1]}:14550"
         )
@@ -54,6 +65,8 @@ def parse_address(text: str) -> Address:
 def open_transport(text: str) -> Transport:
     """Open the transport that an address names; LinkError when the port is taken or the host unknown."""
     address = parse_address(text)
+    if address.scheme == "serial":
+        return SerialTransport(text, address.host, address.port)
     try:
         host = socket.gethostbyname(address.host)
     except OSError as error:
@@ -61,6 +74,18 @@ def open_transport(text: str) -> Transport:
     if address.scheme == "tcp":
         return TcpTransport(text, (host, address.port))
     return UdpTransport(text, (host, address.port), listening=address.scheme == "udpin")
+
+
+def open_all(addresses: Sequence[str]) -> list[Transport]:
+    """Open each; when one cannot be opened, none stays open."""
+    opened: list[Transport] = []
+    try:
+        opened.extend(open_transport(address) for address in addresses)
+    except LinkError:
+        for transport in opened:
+            transport.close()
+        raise
+    return opened
 
 
 class UdpTransport:
@@ -97,6 +122,10 @@ class UdpTransport:
             if self._learns:
                 self._peers[peer] = None
             received.append((peer, data))
+
+    def peers(self) -> list[Peer]:
+        """Where we call, or who has called."""
+        return list(self._peers)
 
     def write(self, data: bytes, peer: Peer | None) -> None:
         """Send one datagram."""
@@ -138,6 +167,10 @@ class TcpTransport:
             received.append((self._where, data))
         return received
 
+    def peers(self) -> list[Peer]:
+        """The other end."""
+        return [self._where]
+
     def write(self, data: bytes, peer: Peer | None) -> None:
         """Send; a broken or unfinished connection drops the bytes and is noticed by read."""
         if self._socket is not None:
@@ -162,4 +195,62 @@ class TcpTransport:
         if self._socket is not None:
             self._socket.close()
         self._socket = None
+        self._retry_s = now_s + _RECONNECT_S
+
+
+class SerialTransport:
+    """A serial line, such as a telemetry radio on USB; opened again once a second after it was pulled out."""
+
+    def __init__(self, address: str, device: str, baud: int) -> None:
+        self.address = address
+        self._device, self._baud = device, baud
+        self._peer: Peer = (device, 0)
+        self._retry_s = float("-inf")
+        self._line: serial.Serial | None = self._open()
+
+    def read(self, now_s: float) -> list[tuple[Peer, bytes]]:
+        """What has arrived."""
+        if self._line is None:
+            self._begin(now_s)
+        if self._line is None:
+            return []
+        try:
+            data = self._line.read(_MAX_DATAGRAM_BYTES)
+        except (OSError, TypeError):  # SerialException is an OSError; pyserial's TypeError: closed meanwhile
+            self._drop(now_s)
+            return []
+        return [(self._peer, data)] if data else []
+
+    def peers(self) -> list[Peer]:
+        """The other end."""
+        return [self._peer]
+
+    def write(self, data: bytes, peer: Peer | None) -> None:
+        """Send; what the line does not take at once is dropped, as a radio would."""
+        if self._line is not None:
+            with contextlib.suppress(OSError):
+                self._line.write(data)
+
+    def close(self) -> None:
+        """Give the device back."""
+        if self._line is not None:
+            self._line.close()
+        self._line = None
+
+    def _open(self) -> serial.Serial:
+        try:
+            return serial.Serial(self._device, self._baud, timeout=0, write_timeout=0, exclusive=True)
+        except (OSError, ValueError) as error:
+            hint = "plug it in, stop the program that holds it, or join the group that may open it (dialout)"
+            raise LinkError(f"cannot open '{self.address}': {error}; {hint}") from error
+
+    def _begin(self, now_s: float) -> None:
+        if now_s < self._retry_s:
+            return
+        self._retry_s = now_s + _RECONNECT_S
+        with contextlib.suppress(LinkError):
+            self._line = self._open()
+
+    def _drop(self, now_s: float) -> None:
+        self.close()
         self._retry_s = now_s + _RECONNECT_S

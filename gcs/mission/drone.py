@@ -1,5 +1,6 @@
 """One vehicle in a campaign: what it is doing, where it should be, and the orders under way."""
 
+import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Protocol
@@ -48,7 +49,14 @@ class Drone:
     script: Script = field(default_factory=lambda: Script(()))
     active: bool = False  # takes part in the slots
     landed: bool = False
-    halted: bool = False  # stopped by the emergency stop, to be regained
+    halted: bool = False  # takes no part in the slots until it has been taken over again
+    stopped: bool = False  # by the emergency stop for this one; was in the slots where ``rejoins``
+    rejoins: bool = False
+    parked_in: str = ""  # the mode that it was in when it began to be taken over
+    doubted: bool = False  # it does not trust its own position
+    top_mps: float = math.inf  # less after a failure
+    silent_s: float | None = None  # since when nothing is heard of it
+    gap_s: float = -math.inf  # when its link, one way or the other, was last seen to be dead
     reason: str = ""  # why it was released or sent home
     ticket: CommandTicket | None = None
     ordering: CommandKind | None = None  # the order under way
@@ -92,6 +100,10 @@ class Drone:
         """Its mode shows the landing or return that we ordered, before the answer was heard."""
         ordered = self.ordering in {CommandKind.LAND, CommandKind.RETURN}
         return ordered and self.status is not None and self.status.mode in {FlightMode.LAND, FlightMode.RETURN}
+
+    def park(self) -> None:
+        """Remember the mode in which it waits to be taken over: any other one is then a person's."""
+        self.parked_in = self.status.mode_name if self.status is not None else ""
 
     def take_verdicts(self) -> list[Verdict]:
         """What the vehicle answered since the last call."""

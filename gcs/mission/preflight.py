@@ -19,9 +19,14 @@ from policy.world.scenario import Scenario
 
 OWN_SYSTEM_ID = 245  # of this ground station (gcs.links): ArduPilot's failsafe must listen to it
 LOSSY, TOO_LOSSY = 0.05, 0.25  # share of messages lost: told, refused
+LATE_S = 0.5  # there and back: the gate counts on as much from a decision to the vehicle's obeying
 LONG_TIMEOUT_S = 1.5  # a longer time-out makes the gate keep more distance
 FAR_LAUNCH_M = 1_000.0  # from the pad to the launch point, in a straight line
 LAUNCH_CLIMB_MPS = 2.0
+CLOCKS_APART_S = 2.0
+OLDEST = {"px4": (1, 14), "ardupilot": (4, 3)}  # what the rules here were written against, and newer
+# A stock ArduCopter was measured at 10.4 m/s with 30 degrees of lean and needs 51 for 18 m/s: between them a line.
+MEASURED_LEAN_DEG, MEASURED_LEAN_MPS = (30.0, 51.0), (10.4, 18.0)
 
 
 class Grade(StrEnum):
@@ -61,6 +66,7 @@ class _Seat:
     launch_m: tuple[float, float]
     reserve: float
     now_s: float
+    clock_s: float | None  # the fleet's clock (median), as an offset to ours
 
 
 def check_fleet(
@@ -72,6 +78,8 @@ def check_fleet(
 ) -> tuple[Line, ...]:
     """All lines of all vehicles, in the order of the mission's UAVs; ``reserve`` is a share of the battery."""
     lines: list[Line] = []
+    offsets_s = [v.clock_offset_s for i in system_ids if (v := vehicles.get(i)) and v.clock_offset_s is not None]
+    clock_s = float(np.median(offsets_s)) if offsets_s else None
     for index, system_id in enumerate(system_ids):
         status = vehicles.get(system_id)
         if status is None or is_link_lost(status, now_s):
@@ -79,7 +87,7 @@ def check_fleet(
             continue
         launch_m = (float(scenario.launch_enu_m[index, 0]), float(scenario.launch_enu_m[index, 1]))
         track = make_track(status, scenario.area.frame, now_s)
-        lines.extend(_lines(_Seat(status, track, scenario, launch_m, reserve, now_s)))
+        lines.extend(_lines(_Seat(status, track, scenario, launch_m, reserve, now_s, clock_s)))
     return tuple(lines)
 
 
@@ -104,6 +112,8 @@ def _link(seat: _Seat) -> _Finding:
     loss = seat.status.loss_ratio
     if loss > LOSSY:
         return (Grade.RED if loss > TOO_LOSSY else Grade.CAUTION), f"loses {loss:.0%} of its messages"
+    if seat.status.latency_s is not None and seat.status.latency_s > LATE_S:
+        return Grade.CAUTION, f"answers after {seat.status.latency_s:.1f} s"
     return _GOOD
 
 
@@ -165,6 +175,18 @@ def _limits(seat: _Seat) -> _Finding:
     return (Grade.CAUTION, "; ".join(words)) if words else _GOOD
 
 
+def _lean(seat: _Seat) -> _Finding:
+    """A GUIDED velocity is capped by lean, not by a speed parameter."""
+    have_cdeg, wanted_mps = seat.status.parameters.get("ANGLE_MAX"), seat.scenario.max_speed_mps
+    if have_cdeg is None:
+        return _GOOD
+    need_deg = float(np.interp(wanted_mps, MEASURED_LEAN_MPS, MEASURED_LEAN_DEG))
+    if have_cdeg / 100.0 >= need_deg:
+        return _GOOD
+    words = f"leans {have_cdeg / 100.0:.0f}° at most (ANGLE_MAX); a stock frame needs {need_deg:.0f}°"
+    return Grade.CAUTION, f"{words} for {wanted_mps:g} m/s: try it, or lower max_speed_mps"
+
+
 def _timeout(seat: _Seat) -> _Finding:
     timeout_s = seat.status.limits.setpoint_timeout_s
     if timeout_s is None:
@@ -192,17 +214,76 @@ def _failsafe(seat: _Seat) -> _Finding:
     return _GOOD
 
 
+def _stream_end(seat: _Seat) -> _Finding:
+    """Where PX4 goes when setpoints stop; 0 is a mode that needs a pilot's sticks."""
+    if seat.status.parameters.get("COM_OBL_RC_ACT") == 0.0:
+        return Grade.CAUTION, "COM_OBL_RC_ACT is 0: without setpoints it waits for a pilot's sticks; 5 holds"
+    return _GOOD
+
+
+def _battery_failsafe(seat: _Seat) -> _Finding:
+    for name in ("COM_LOW_BAT_ACT", "BATT_FS_LOW_ACT"):
+        if seat.status.parameters.get(name) == 0.0:
+            return Grade.CAUTION, f"{name} is 0: it only warns when its battery runs low"
+    return _GOOD
+
+
+def _fence(seat: _Seat) -> _Finding:
+    for name in ("GF_ACTION", "FENCE_ENABLE"):
+        if seat.status.parameters.get(name) == 0.0:
+            return Grade.CAUTION, f"{name} is 0: its own fence, the last line behind ours, is off"
+    return _GOOD
+
+
+def _return_height(seat: _Seat) -> _Finding:
+    """A return that climbs goes through the layers of the drones above it."""
+    values, scenario = seat.status.parameters, seat.scenario
+    lowest_m = scenario.altitude_m - scenario.layer_m * (scenario.num_uavs - 1)
+    height_m = values.get("RTL_RETURN_ALT", values.get("RTL_ALT", 0.0) / 100.0)
+    if scenario.num_uavs > 1 and height_m > lowest_m:
+        return (
+            Grade.CAUTION,
+            f"returns at {height_m:.0f} m, through the other drones' layers; set at most {lowest_m:.0f}",
+        )
+    return _GOOD
+
+
+def _version(seat: _Seat) -> _Finding:
+    status, oldest = seat.status, OLDEST.get(seat.status.autopilot)
+    if not status.version:
+        return Grade.CAUTION, "its firmware's version is not known"
+    if oldest is not None and tuple(map(int, status.version.split(".")[:2])) < oldest:
+        return Grade.CAUTION, f"firmware {status.version} is older than {oldest[0]}.{oldest[1]}"
+    return _GOOD
+
+
+def _clock(seat: _Seat) -> _Finding:
+    mine_s = seat.status.clock_offset_s
+    if mine_s is None or seat.clock_s is None:
+        return Grade.CAUTION, "its clock is not known; its logs cannot be laid beside the others'"
+    if abs(mine_s - seat.clock_s) > CLOCKS_APART_S:
+        return Grade.CAUTION, f"its clock is {mine_s - seat.clock_s:+.1f} s off the fleet's"
+    return _GOOD
+
+
 _RULES = (
     ("link", _link),
     ("autopilot", _autopilot),
+    ("version", _version),
     ("position", _position),
     ("home", _home),
     ("ground", _ground),
     ("place", _place),
     ("battery", _battery),
     ("limits", _limits),
+    ("lean", _lean),
     ("setpoint time-out", _timeout),
+    ("setpoints end", _stream_end),
     ("link failsafe", _failsafe),
+    ("battery failsafe", _battery_failsafe),
+    ("fence", _fence),
+    ("return height", _return_height),
+    ("clock", _clock),
 )
 
 

@@ -49,6 +49,7 @@ class Step:
     """One thing to be done by one drone. Steps hold no state: they stand in tables and serve all drones."""
 
     what: ClassVar[str] = ""
+    follows: ClassVar[bool] = False  # only watches what the vehicle does by itself
     timeout_s: float  # on the flight clock
 
     def title(self) -> str:
@@ -74,6 +75,11 @@ class Script:
     def finished(self) -> bool:
         """Nothing is left to do."""
         return not self._steps
+
+    @property
+    def follows(self) -> bool:
+        """Nothing is sent to the drone: its own return or landing is watched."""
+        return bool(self._steps) and self._steps[0].follows
 
     @property
     def step_name(self) -> str:

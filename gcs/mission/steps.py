@@ -165,7 +165,8 @@ class FlyTo(Step):
     def begin(self, at: Moment) -> None:
         """Set the goal."""
         point_m = at.drone.pad_m if self.home and at.drone.pad_m is not None else at.drone.launch_m
-        at.drone.goal = Goal(point_m, at.drone.layer_alt_m, at.crew.settings.transit_speed_mps)
+        speed_mps = min(at.crew.settings.transit_speed_mps, at.drone.top_mps)
+        at.drone.goal = Goal(point_m, at.drone.layer_alt_m, speed_mps)
 
     def check(self, at: Moment) -> Done | Failed | None:
         """Within reach; the landing wants it closer and slow."""
@@ -214,6 +215,22 @@ class Down(Step):
         return None
 
 
+@dataclass(frozen=True)
+class Follow(Step):
+    """Its failsafe or a pilot brings it down: wait until it stands, and send nothing."""
+
+    timeout_s: float = 1800.0
+    what: ClassVar[str] = "coming down by itself"
+    follows: ClassVar[bool] = True
+
+    def check(self, at: Moment) -> Done | Failed | None:
+        """Disarmed is what counts."""
+        if at.drone.status is None or at.drone.status.armed:
+            return None
+        at.drone.landed = True
+        return Done()
+
+
 LAUNCH_STEPS: dict[str, tuple[Step, ...]] = {
     "px4": (
         Order(CommandKind.ARM),
@@ -238,6 +255,7 @@ REGAIN_STEPS: tuple[Step, ...] = (Prime(), Order(CommandKind.GUIDED), Obeying())
 HOME_STEPS: tuple[Step, ...] = (FlyTo(home=True), Descend(), Order(CommandKind.LAND), Down())
 LAND_HERE_STEPS: tuple[Step, ...] = (Order(CommandKind.LAND), Down())
 RETURN_STEPS: tuple[Step, ...] = (Order(CommandKind.RETURN), Down(timeout_s=900.0))
+FOLLOW_STEPS: tuple[Step, ...] = (Follow(),)
 DISARM_STEPS: tuple[Step, ...] = (Order(CommandKind.DISARM), Down())
 
 

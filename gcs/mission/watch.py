@@ -1,54 +1,52 @@
-"""Drop-outs in flight: pure rules that say when a drone leaves the campaign, and what becomes of it."""
+"""Drop-outs in flight: when a drone leaves the campaign for its own sake (battery, motor, position). Pure rules."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
 
-from gcs.fleet.track import is_link_lost
-from gcs.ports import FlightMode, UavTrack, VehicleStatus
+from gcs.ports import UavTrack, VehicleStatus
 from policy.world.energy import propulsion_power_w
 from policy.world.scenario import Scenario
 
 RETURN_SPEED_MPS = 10.0
 DESCENT_MPS = 1.5
+SLOWEST_WAY_HOME_MPS = 1.0  # against a wind that leaves no more
 
 
 class Fate(StrEnum):
     """What becomes of a drone that drops out."""
 
     RELEASE = "release"  # not ours any more: nothing is sent to it
+    FOLLOW = "follow"  # its own return or landing is under way: nothing is sent, it is watched until it stands
     GO_HOME = "go_home"  # it returns and lands under our control, the rest go on
+    SILENT = "silent"  # nothing is heard of it for the moment
+    REGAIN = "regain"  # it is taken over again
 
 
 @dataclass(frozen=True)
 class DropOut:
-    """Why a drone leaves, in the operator's words."""
+    """Why a drone leaves (or comes back), in the operator's words."""
 
     fate: Fate
     reason: str
 
 
-def control_lost(status: VehicleStatus | None, now_s: float) -> DropOut | None:
-    """Link loss, a pilot's mode change, or motors off: the drone is not ours and is not fought over."""
-    if status is None or is_link_lost(status, now_s):
-        return DropOut(Fate.RELEASE, "its link is lost; its own failsafe flies it")
-    if not status.armed:
-        return DropOut(Fate.RELEASE, f"it disarmed in mode {status.mode_name}")
-    if status.mode is not FlightMode.GUIDED:
-        return DropOut(Fate.RELEASE, f"a pilot or its failsafe changed the mode to {status.mode_name or status.mode}")
-    return None
+ASSUMED_WIND_MPS = 5.0  # against the way home, where the vehicle does not say that it blows harder
 
 
-ASSUMED_WIND_MPS = 5.0  # against the way home; no vehicle says reliably what blows, so it is assumed
+def return_energy_j(
+    distance_m: float, altitude_m: float, wind_mps: float = ASSUMED_WIND_MPS, top_mps: float = 18.0
+) -> float:
+    """What flying home against the wind and landing in it costs by the world's model, which counts airspeed.
 
-
-def return_energy_j(distance_m: float, altitude_m: float, wind_mps: float = ASSUMED_WIND_MPS) -> float:
-    """What flying home against the wind and landing in it costs by the world's model, which counts airspeed."""
-    airspeeds_mps = np.array([RETURN_SPEED_MPS + wind_mps, 0.0, wind_mps])
+    ``top_mps``: the airspeed that it can fly; a wind near it makes the way home slow.
+    """
+    ground_mps = max(SLOWEST_WAY_HOME_MPS, min(RETURN_SPEED_MPS, top_mps - wind_mps))
+    airspeeds_mps = np.array([ground_mps + wind_mps, 0.0, wind_mps])
     powers_w = propulsion_power_w(airspeeds_mps)
     descent_w = float(np.max(powers_w[1:]))
-    return float(powers_w[0]) * distance_m / RETURN_SPEED_MPS + descent_w * altitude_m / DESCENT_MPS
+    return float(powers_w[0]) * distance_m / ground_mps + descent_w * altitude_m / DESCENT_MPS
 
 
 def battery_low(
@@ -57,12 +55,28 @@ def battery_low(
     """Before each slot: after it the drone must still get home and land with a reserve."""
     if status.battery_fraction is None:
         return None
-    reach_m = scenario.max_speed_mps * scenario.slot_s
+    wind_mps, top_mps = max(ASSUMED_WIND_MPS, status.wind_mps or 0.0), scenario.max_speed_mps
+    reach_m = top_mps * scenario.slot_s
     distance_m = float(np.hypot(track.east_m - pad_m[0], track.north_m - pad_m[1])) + reach_m
-    airspeeds_mps = np.array([0.0, scenario.max_speed_mps, scenario.max_speed_mps + ASSUMED_WIND_MPS])
+    airspeeds_mps = np.array([0.0, top_mps, top_mps + wind_mps])
     slot_j = float(np.max(propulsion_power_w(airspeeds_mps))) * scenario.slot_s
-    need_j = return_energy_j(distance_m, track.alt_home_m) + slot_j
+    need_j = return_energy_j(distance_m, track.alt_home_m, wind_mps, top_mps) + slot_j
     need = need_j / scenario.battery_j + reserve
     if status.battery_fraction >= need:
         return None
-    return DropOut(Fate.GO_HOME, f"its battery ({status.battery_fraction:.0%}) just brings it home ({need:.0%} needed)")
+    have = f"its battery ({status.battery_fraction:.0%}) just brings it home"
+    return DropOut(Fate.GO_HOME, f"{have} ({need:.0%} needed against {wind_mps:.0f} m/s of wind)")
+
+
+def motor_failed(status: VehicleStatus) -> DropOut | None:
+    """By the vehicle's own health flags: it flies with less thrust than everything here counts on."""
+    if status.motors_ok:
+        return None
+    return DropOut(Fate.GO_HOME, "a motor has failed; it flies home slowly")
+
+
+def position_lost(status: VehicleStatus) -> str:
+    """Why its place is no base for a velocity, though it is reported; empty where it is."""
+    if not status.satellites_ok:
+        return "its satellite receiver has failed"
+    return "" if status.position_ready else "it does not trust its own position"

@@ -8,8 +8,8 @@ from typing import Any
 from sqlalchemy import Engine, func, select
 from sqlalchemy.orm import Session
 
-from gcs.ports import Checkpoint, DecisionRecord, Severity, SlotRecord
-from gcs.store.models import CheckpointRow, CommandRow, DecisionRow, EventRow, SlotRow, UploadRow
+from gcs.ports import Checkpoint, DecisionRecord, SetpointSummary, Severity, SlotRecord
+from gcs.store.models import CheckpointRow, CommandRow, DecisionRow, EventRow, SetpointsRow, SlotRow, UploadRow
 from gcs.store.records import (
     EventRecord,
     event_record,
@@ -136,11 +136,34 @@ class Checkpoints:
         with Session(self.engine) as session:
             return [recorded_decision(document) for document in session.scalars(query)]
 
-    def stop_latched(self) -> bool:
-        """The newest word on the emergency stop was to stop."""
-        query = select(EventRow.kind).where(EventRow.kind.in_(["safety.stop", "safety.stop_reset"]))
+    def setpoints(self, campaign_id: str) -> Sequence[tuple[int, tuple[SetpointSummary, ...]]]:
+        """(slot, a line a UAV) in the order of recording; see ports.Journal.record_setpoints."""
+        query = select(SetpointsRow).where(SetpointsRow.campaign_id == campaign_id).order_by(SetpointsRow.id)
         with Session(self.engine) as session:
-            return session.scalar(query.order_by(EventRow.id.desc()).limit(1)) == "safety.stop"
+            rows = list(session.scalars(query))
+        return [(row.slot, tuple(SetpointSummary(**line) for line in row.document)) for row in rows]
+
+    def stop_latched(self) -> bool:
+        """The newest word on the emergency stop of the whole fleet was to stop."""
+        return None in self._stopped()
+
+    def stopped_ones(self) -> tuple[int, ...]:
+        """Drones that were stopped one by one, and not reset since, alone or with all."""
+        return tuple(sorted(who for who in self._stopped() if who is not None))
+
+    def _stopped(self) -> set[int | None]:
+        """Who is stopped; None stands for all."""
+        query = select(EventRow.kind, EventRow.system_id).where(EventRow.kind.in_(["safety.stop", "safety.stop_reset"]))
+        stopped: set[int | None] = set()
+        with Session(self.engine) as session:
+            for kind, system_id in session.execute(query.order_by(EventRow.id)):
+                if kind == "safety.stop":
+                    stopped.add(system_id)
+                elif system_id is None:
+                    stopped.clear()
+                else:
+                    stopped.discard(system_id)
+        return stopped
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from gcs.ports import (
     FlightMode,
     Landed,
     SafeSetpoint,
+    SetpointSummary,
     SlotRecord,
     VehicleCommand,
     VehicleLimits,
@@ -46,6 +47,11 @@ class FakeVehicle:
     refuse: dict[CommandKind, str] = field(default_factory=dict)
     refusals: int = 99  # how often it refuses before it gives in
     silent: bool = False  # the link is cut
+    deaf: bool = False  # only its way up is cut
+    leaves_offboard: bool = False  # as PX4 does: after 1 s without setpoints it is in POSCTL
+    motors_ok: bool = True
+    satellites_ok: bool = True
+    stubborn: int = 0  # so many orders to hold are lost
     alt_m: float = 0.0
     vel: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])  # east, north, up
     armed: bool = False
@@ -62,6 +68,8 @@ class FakeVehicle:
 
     def fly(self, now_s: float) -> None:
         self._switch_off_when_down(now_s)
+        if self.leaves_offboard and self.mode is FlightMode.GUIDED and now_s - self.setpoint_times_s[-1] > 1.0:
+            self.mode, self.mode_name = FlightMode.PILOT, "POSCTL"
         if not self.armed:
             self.vel = [0.0, 0.0, 0.0]
             return
@@ -100,8 +108,9 @@ class FakeVehicle:
         if self.mode in {FlightMode.LAND, FlightMode.RETURN}:
             east, north = self.home if self.mode is FlightMode.RETURN else (self.east_m, self.north_m)
             if math.hypot(east - self.east_m, north - self.north_m) > 1.0:
-                away = max(1.0, math.hypot(east - self.east_m, north - self.north_m))
-                return (8 * (east - self.east_m) / away, 8 * (north - self.north_m) / away, 0.0)
+                away = math.hypot(east - self.east_m, north - self.north_m)
+                share = min(8.0, 0.5 * away) / away
+                return (share * (east - self.east_m), share * (north - self.north_m), 0.0)
             return (0.0, 0.0, -1.5 if self.alt_m > 5.0 else -0.7)
         return (0.0, 0.0, 0.0)
 
@@ -151,6 +160,9 @@ class FakeFleet:
         self.status: dict[int, VehicleStatus] = {}
         self.sent: list[tuple[float, SafeSetpoint]] = []
         self.flushes = 0
+        self.notices: list[str] = []
+        self._answered_s: dict[int, float] = {}
+        self.commands: list[VehicleCommand] = []
 
     def now_s(self) -> float:
         return self._now_s
@@ -174,7 +186,7 @@ class FakeFleet:
         assert safe.passed_gate
         self.sent.append((now_s, safe))
         vehicle = self.fleet[safe.setpoint.system_id]
-        if vehicle.silent:
+        if vehicle.silent or vehicle.deaf:
             return
         vehicle.setpoint_times_s.append(now_s)
         north, east, down = safe.setpoint.vel_ned_mps
@@ -184,7 +196,11 @@ class FakeFleet:
 
     def submit(self, command: VehicleCommand, now_s: float) -> Ticket:
         vehicle = self.fleet[command.system_id]
-        if vehicle.silent:
+        self.commands.append(command)
+        if vehicle.silent or vehicle.deaf:
+            return Ticket(Verdict(command, VerdictResult.TIMEOUT, "", 5, 5.0))
+        if command.kind is CommandKind.HOLD and vehicle.stubborn > 0:
+            vehicle.stubborn -= 1
             return Ticket(Verdict(command, VerdictResult.TIMEOUT, "", 5, 5.0))
         result, reason = vehicle.obey(command, now_s)
         return Ticket(Verdict(command, result, reason, 1, 0.1))
@@ -192,10 +208,16 @@ class FakeFleet:
     def flush(self, now_s: float) -> None:
         self.flushes += 1
 
+    def drain_notices(self) -> tuple[str, ...]:
+        notices, self.notices = tuple(self.notices), []
+        return notices
+
     def close(self) -> None:
         self.fleet.clear()
 
     def _status(self, vehicle: FakeVehicle, now_s: float) -> VehicleStatus:
+        if not vehicle.deaf:
+            self._answered_s[vehicle.system_id] = now_s
         lat_deg, lon_deg = self.frame.to_geodetic_deg(vehicle.east_m, vehicle.north_m)
         home_lat_deg, home_lon_deg = self.frame.to_geodetic_deg(*vehicle.home)
         return VehicleStatus(
@@ -216,6 +238,9 @@ class FakeFleet:
             battery_fraction=vehicle.battery_j / BATTERY_J,
             heartbeat_s=now_s,
             position_s=now_s,
+            answered_s=self._answered_s.get(vehicle.system_id),
+            motors_ok=vehicle.motors_ok,
+            satellites_ok=vehicle.satellites_ok,
             limits=VehicleLimits(18.0, vehicle.accel_mps2, 1.0),
         )
 
@@ -228,6 +253,7 @@ class MemoryJournal:
     slots: list[SlotRecord] = field(default_factory=list)
     checkpoints: list[Checkpoint] = field(default_factory=list)
     decisions: list[DecisionRecord] = field(default_factory=list)
+    setpoints: dict[int, tuple[SetpointSummary, ...]] = field(default_factory=dict)
     clock: Callable[[], float] = lambda: 0.0  # when a checkpoint is taken
     checkpoint_times_s: list[float] = field(default_factory=list)
 
@@ -240,12 +266,18 @@ class MemoryJournal:
     def record_decision(self, campaign_id: str, record: DecisionRecord) -> None:
         self.decisions.append(record)
 
+    def record_setpoints(self, campaign_id: str, slot: int, told: tuple[SetpointSummary, ...]) -> None:
+        self.setpoints[slot] = told
+
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         self.checkpoints.append(checkpoint)
         self.checkpoint_times_s.append(self.clock())
 
     def settle(self) -> bool:
         return True
+
+    def durability(self) -> Callable[[], bool]:
+        return lambda: True
 
     def kinds(self) -> list[str]:
         return [event.kind for event in self.events]

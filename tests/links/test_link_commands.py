@@ -64,9 +64,11 @@ def test_px4_takeoff_needs_a_known_altitude() -> None:
 class Wire:
     def __init__(self) -> None:
         self.sent: list[tuple[LongCommand, int]] = []
+        self.everywhere: list[bool] = []
 
-    def __call__(self, command: LongCommand, confirmation: int) -> None:
-        self.sent.append((command, confirmation))
+    def __call__(self, wire: LongCommand, confirmation: int, *, everywhere: bool = False) -> None:
+        self.sent.append((wire, confirmation))
+        self.everywhere.append(everywhere)
 
 
 def run(kind: CommandKind = CommandKind.ARM) -> tuple[CommandTransaction, Wire]:
@@ -140,3 +142,12 @@ def test_an_answer_before_the_question_is_no_verdict() -> None:
     transaction, _ = run()
     transaction.on_ack(0, 0.0)
     assert transaction.verdict is None
+
+
+def test_an_urgent_order_goes_everywhere_and_does_not_wait_long() -> None:
+    command = order(CommandKind.HOLD, urgent=True)
+    transaction, wire = CommandTransaction(command, encode_command(command, ARDUPILOT), 0.0), Wire()
+    for tick in range(10):
+        transaction.step(tick * 0.1, ARDUPILOT, wire)
+    assert len(wire.sent) >= 3
+    assert all(wire.everywhere)

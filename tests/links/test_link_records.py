@@ -58,7 +58,7 @@ def test_answers_are_matched_to_requests() -> None:
     meter = LatencyMeter()
     stamp_ns = meter.request_ns(10.0)
     assert stamp_ns is not None
-    assert meter.request_ns(10.5) is None
+    assert meter.request_ns(10.05) is None
     meter.on_answer(123, 10.2)  # somebody else's
     assert meter.latency_s is None
     meter.on_answer(stamp_ns, 10.2)

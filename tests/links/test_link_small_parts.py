@@ -9,7 +9,7 @@ from pymavlink import mavutil
 
 from gcs.links.loss import LossMeter
 from gcs.links.modes import ARDUPILOT, MODE_PARAMETERS, PX4, describe_mode
-from gcs.links.parameters import MAX_REQUESTS, ParameterReader, decode_value, limits_from
+from gcs.links.parameters import MAX_REQUESTS, WANTED, ParameterReader, decode_value, limits_from
 from gcs.links.subscriptions import STREAM_FALLBACK_AFTER, Subscriptions
 from gcs.links.transport import LinkError, open_transport, parse_address
 from gcs.ports import FlightMode
@@ -48,16 +48,18 @@ def test_limits_by_hand() -> None:
     assert copter.setpoint_timeout_s == 3.0
     flat = limits_from(ARDUPILOT, {"WPNAV_ACCEL": 900.0, "ANGLE_MAX": 2500.0})
     assert flat.max_accel_mps2 == pytest.approx(4.573, abs=1e-3)  # g tan 25 degrees
+    px4 = limits_from(PX4, {"MPC_XY_VEL_MAX": 12.0, "MPC_ACC_HOR": 6.0, "MPC_TILTMAX_AIR": 25.0})
+    assert px4.max_accel_mps2 == pytest.approx(4.573, abs=1e-3)
     px4 = limits_from(PX4, {"MPC_XY_VEL_MAX": 12.0, "MPC_ACC_HOR": 3.0})
     assert (px4.max_speed_mps, px4.max_accel_mps2) == (12.0, 3.0)
 
 
 def test_parameters_are_asked_for_again_and_given_up() -> None:
     reader = ParameterReader()
-    asked = [reader.next_request(PX4, 0.5 * tick) for tick in range(100)]
+    asked = [reader.next_request(PX4, 0.5 * tick) for tick in range(200)]
     assert asked.count("MPC_XY_VEL_MAX") == MAX_REQUESTS
-    assert set(reader.missing(PX4)) == {"MPC_XY_VEL_MAX", "MPC_ACC_HOR", "COM_OF_LOSS_T", "NAV_DLL_ACT"}
-    assert reader.settled(PX4, 100.0)
+    assert set(reader.missing(PX4)) == set(WANTED[PX4])
+    assert reader.settled(PX4, 200.0)
 
 
 def test_rates_are_asked_for_until_seen() -> None:
@@ -102,7 +104,18 @@ def test_repeats_and_reordering_are_not_loss() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "udpout:x", "serial:/dev/x:1", "udpin::5", "udpin:h:0", "tcp:h:70000", "udpin:h:a"]
+    "text",
+    [
+        "",
+        "udpout:x",
+        "serial:/dev/x:1",
+        "serial:/dev/x:y",
+        "usb:/dev/x:1",
+        "udpin::5",
+        "udpin:h:0",
+        "tcp:h:70000",
+        "udpin:h:a",
+    ],
 )
 def test_bad_addresses_say_how_to_write_one(text: str) -> None:
     with pytest.raises(LinkError, match=r"write"):

@@ -28,7 +28,9 @@ def standing_at(east_m: float, north_m: float, **changes: object) -> VehicleStat
         heartbeat_s=9.5,
         position_s=9.9,
         limits=VehicleLimits(18.0, 4.5, 1.0),
-        parameters={"NAV_DLL_ACT": 2.0},
+        parameters={"NAV_DLL_ACT": 2.0, "RTL_RETURN_ALT": 60.0, "COM_OBL_RC_ACT": 5.0},
+        version="1.15.4",
+        clock_offset_s=3.0,
     )
     return replace(good, **changes)  # type: ignore[arg-type]
 
@@ -39,7 +41,7 @@ def lines_of(status: VehicleStatus) -> tuple[Line, ...]:
 
 def test_a_good_vehicle_is_green_in_every_line() -> None:
     lines = lines_of(standing_at(*LAUNCH))
-    assert len(lines) == 10
+    assert len(lines) == 17
     assert {line.grade for line in lines} == {Grade.OK}
 
 
@@ -50,6 +52,7 @@ def test_a_good_vehicle_is_green_in_every_line() -> None:
         ({"conflict": "a second vehicle has the same system id"}, "link", Grade.RED, "second vehicle"),
         ({"loss_ratio": 0.1}, "link", Grade.CAUTION, "10%"),
         ({"loss_ratio": 0.4}, "link", Grade.RED, "40%"),
+        ({"latency_s": 0.8}, "link", Grade.CAUTION, "after 0.8 s"),
         ({"autopilot": "unknown"}, "autopilot", Grade.RED, "neither"),
         ({"position_ready": False, "texts": ("PreArm: Compass",)}, "position", Grade.RED, "PreArm: Compass"),
         ({"position_s": 2.0}, "position", Grade.RED, "8.0 s old"),
@@ -63,6 +66,17 @@ def test_a_good_vehicle_is_green_in_every_line() -> None:
         ({"limits": VehicleLimits(18.0, 4.5)}, "setpoint time-out", Grade.CAUTION, "not known"),
         ({"parameters": {"NAV_DLL_ACT": 0.0}}, "link failsafe", Grade.CAUTION, "NAV_DLL_ACT"),
         ({"parameters": {"FS_GCS_ENABLE": 0.0}}, "link failsafe", Grade.CAUTION, "FS_GCS_ENABLE"),
+        ({"parameters": {"COM_OBL_RC_ACT": 0.0}}, "setpoints end", Grade.CAUTION, "5 holds"),
+        ({"parameters": {"COM_LOW_BAT_ACT": 0.0}}, "battery failsafe", Grade.CAUTION, "only warns"),
+        ({"parameters": {"BATT_FS_LOW_ACT": 0.0}}, "battery failsafe", Grade.CAUTION, "BATT_FS_LOW_ACT"),
+        ({"parameters": {"GF_ACTION": 0.0}}, "fence", Grade.CAUTION, "last line"),
+        ({"parameters": {"FENCE_ENABLE": 0.0}}, "fence", Grade.CAUTION, "FENCE_ENABLE"),
+        ({"parameters": {"RTL_RETURN_ALT": 130.0}}, "return height", Grade.CAUTION, "at most 115"),
+        ({"parameters": {"RTL_ALT": 13000.0}}, "return height", Grade.CAUTION, "130 m"),
+        ({"parameters": {"ANGLE_MAX": 3000.0}}, "lean", Grade.CAUTION, "51°"),
+        ({"version": ""}, "version", Grade.CAUTION, "not known"),
+        ({"version": "1.13.3"}, "version", Grade.CAUTION, "older than 1.14"),
+        ({"clock_offset_s": None}, "clock", Grade.CAUTION, "not known"),
         ({"parameters": {"FS_GCS_ENABLE": 1.0, "SYSID_MYGCS": 255.0}}, "link failsafe", Grade.CAUTION, "245"),
     ],
 )
@@ -87,3 +101,11 @@ def test_the_plan_costs_at_least_its_slots_in_the_cheapest_flight() -> None:
     cheapest_j = 120.0 * SCENARIO.slots * SCENARIO.slot_s
     assert plan_energy_j(SCENARIO, 500.0) > plan_energy_j(SCENARIO, 0.0) > cheapest_j
     assert np.isfinite(plan_energy_j(SCENARIO, 0.0))
+
+
+def test_a_clock_that_differs_from_the_fleets_is_told() -> None:
+    vehicles = {i: replace(standing_at(*LAUNCH), system_id=i, clock_offset_s=3.0 + 5.0 * (i == 2)) for i in (1, 2, 3)}
+    three = replace(SCENARIO, launch_enu_m=np.tile(LAUNCH, (3, 1)))
+    lines = check_fleet(three, [1, 2, 3], vehicles, 10.0, 0.03)
+    off = [line for line in lines if line.check == "clock" and line.grade is not Grade.OK]
+    assert [(line.system_id, line.reason) for line in off] == [(2, "its clock is +5.0 s off the fleet's")]

@@ -65,9 +65,27 @@ async def reset_stop(context: Context, who: Who) -> Taken:
     return await _fleet(context, who.name, RequestKind.RESET_STOP, "emergency stop reset", "the stop is taken off")
 
 
-async def _fleet(context: ApiContext, actor: str, kind: RequestKind, message: str, done: str) -> Taken:
-    context.audit(actor, f"api.{kind}", message, severity=Severity.WARNING)
-    await ask_or_conflict(context, OperatorRequest(kind, actor))
+@router.post("/drones/{sysid}/emergency-stop", status_code=202)
+async def emergency_stop_one(sysid: SystemId, context: Context, who: Who) -> Taken:
+    """One vehicle stops where it is, latched until it is reset; the others go on."""
+    _require(context, sysid)
+    message, done = f"emergency stop of drone {sysid}", f"drone {sysid} stops"
+    return await _fleet(context, who.name, RequestKind.EMERGENCY_STOP, message, done, sysid)
+
+
+@router.post("/drones/{sysid}/emergency-stop/reset", status_code=202)
+async def reset_stop_one(sysid: SystemId, context: Context, who: Who) -> Taken:
+    """Take the latch of one vehicle off."""
+    _require(context, sysid)
+    message, done = f"emergency stop of drone {sysid} reset", f"the stop of drone {sysid} is taken off"
+    return await _fleet(context, who.name, RequestKind.RESET_STOP, message, done, sysid)
+
+
+async def _fleet(
+    context: ApiContext, actor: str, kind: RequestKind, message: str, done: str, system_id: int | None = None
+) -> Taken:
+    context.audit(actor, f"api.{kind}", message, severity=Severity.WARNING, system_id=system_id)
+    await ask_or_conflict(context, OperatorRequest(kind, actor, system_id=system_id))
     return Taken(detail=done)
 
 

@@ -1,0 +1,211 @@
+"""A fleet over any MAVLink library: who is heard where, what is believed, what is sent. Never waits."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, Final
+
+from gcs.links.commands import RefusedTicket
+from gcs.links.routes import Routes
+from gcs.links.session import VehicleSession
+from gcs.links.wire import AUTOPILOT_COMPONENT, OWN_SYSTEM_ID, Fields, Heard, Path, Wire
+from gcs.ports import CommandTicket, SafeSetpoint, VehicleCommand, VehicleStatus
+
+HEARTBEAT_S: Final = 1.0
+MAX_VEHICLE_ID: Final = 250
+CONFLICT_S: Final = 5.0  # a vehicle may move to another port after so long a silence
+VELOCITY_AND_YAW: Final = 2503  # POSITION_TARGET_TYPEMASK: position, acceleration and yaw rate ignored
+RELATIVE_ALT_INT: Final = 6  # MAV_FRAME_GLOBAL_RELATIVE_ALT_INT
+_GCS_HEARTBEAT: Final[Fields] = {  # MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID, MAV_STATE_ACTIVE
+    "type": 6, "autopilot": 8, "base_mode": 0, "custom_mode": 0, "system_status": 4, "mavlink_version": 3,
+}  # fmt: skip
+_AUTOPILOT_INVALID: Final = 8
+_VEHICLE_TYPES_EXCLUDED: Final = frozenset({5, 6, 18, 26, 27, 30})  # tracker, GCS, companion, gimbal, ADSB, camera
+
+
+class WiredFleetLink:
+    """:class:`gcs.ports.FleetLink` over a :class:`Wire`.
+
+    ``expected`` maps an address to the system id that must answer there; others there are refused with a notice.
+    Several addresses with the same id are several links to one vehicle.
+    """
+
+    def __init__(self, wire: Wire, expected: Mapping[str, int] | None = None) -> None:
+        self._wire, self._expected = wire, dict(expected or {})
+        self._sessions: dict[int, VehicleSession] = {}
+        self._routes: dict[int, Routes] = {}
+        self._answered_s: dict[int, float] = {}
+        self._notices: list[str] = []
+        self._conflicts: dict[int, str] = {}
+        self._refused: set[tuple[int, Path]] = set()
+        self._heartbeat_due_s = float("-inf")
+
+    def poll(self, now_s: float) -> None:
+        """Read everything that is waiting."""
+        for heard in self._wire.read(now_s):
+            self._receive(heard, now_s)
+
+    def vehicles(self) -> Mapping[int, VehicleStatus]:
+        """Newest status by system id."""
+        return {system_id: self._status(system_id, session) for system_id, session in self._sessions.items()}
+
+    def _status(self, system_id: int, session: VehicleSession) -> VehicleStatus:
+        links = self._routes[system_id].qualities()
+        first = links[0]
+        return replace(
+            session.status,
+            loss_ratio=first.loss_ratio,
+            latency_s=first.latency_s,
+            answered_s=self._answered_s.get(system_id),
+            links=links,
+            address=first.address,
+            conflict=self._conflicts.get(system_id, ""),
+        )
+
+    def send(self, safe: SafeSetpoint, now_s: float) -> None:
+        """One velocity setpoint over SET_POSITION_TARGET_GLOBAL_INT; yaw always commanded (ArduPilot#22840)."""
+        if not safe.passed_gate:
+            raise ValueError("only setpoints that passed the safety gate may be sent")
+        wish = safe.setpoint
+        north, east, down = wish.vel_ned_mps
+        yaw_rad = math.remainder(wish.yaw_rad, 2.0 * math.pi)
+        if not all(map(math.isfinite, (north, east, down, yaw_rad))):
+            raise ValueError(
+                f"setpoint for vehicle {wish.system_id} is not finite: {wish.vel_ned_mps}, yaw {wish.yaw_rad}"
+            )
+        routes = self._routes.get(wish.system_id)
+        if routes is None:
+            return
+        fields = {
+            "time_boot_ms": int(now_s * 1e3) & 0xFFFFFFFF,
+            "target_system": wish.system_id, "target_component": AUTOPILOT_COMPONENT,
+            "coordinate_frame": RELATIVE_ALT_INT, "type_mask": VELOCITY_AND_YAW,
+            "lat_int": 0, "lon_int": 0, "alt": 0.0, "vx": north, "vy": east, "vz": down,
+            "afx": 0.0, "afy": 0.0, "afz": 0.0, "yaw": yaw_rad, "yaw_rate": 0.0,
+        }  # fmt: skip
+        self._wire.write("SET_POSITION_TARGET_GLOBAL_INT", fields, routes.usual(now_s), now_s)
+
+    def submit(self, command: VehicleCommand, now_s: float) -> CommandTicket:
+        """Send an order at the next flush and repeat it until answered."""
+        session = self._sessions.get(command.system_id)
+        if session is None:
+            known = ", ".join(map(str, sorted(self._sessions))) or "none"
+            return RefusedTicket(command, f"vehicle {command.system_id} has not been heard; heard so far: {known}")
+        return session.submit(command, now_s)
+
+    def flush(self, now_s: float) -> None:
+        """Heartbeat once a second, and whatever each session has due."""
+        if now_s >= self._heartbeat_due_s:
+            self._heartbeat_due_s = now_s + HEARTBEAT_S
+            self._wire.write("HEARTBEAT", _GCS_HEARTBEAT, (), now_s)
+        for system_id, session in self._sessions.items():
+            session.flush(now_s, partial(self._send_to, system_id, now_s))
+            for route in self._routes[system_id].all():
+                stamp_ns = route.latency.request_ns(now_s)
+                if stamp_ns is not None:
+                    self._timesync(0, stamp_ns, route.path, now_s)
+
+    def drain_notices(self) -> tuple[str, ...]:
+        """What an operator should know about the links, since the last call."""
+        notices, self._notices = tuple(self._notices), []
+        return notices
+
+    def close(self) -> None:
+        """Release all sockets."""
+        self._wire.close()
+
+    def _receive(self, heard: Heard, now_s: float) -> None:
+        system_id = heard.system_id
+        if heard.body is None:
+            self._note_header(heard, now_s)
+            return
+        if heard.component_id != AUTOPILOT_COMPONENT or not 1 <= system_id <= MAX_VEHICLE_ID:
+            return
+        if system_id == OWN_SYSTEM_ID or _is_foreign_heartbeat(heard):
+            return
+        if not self._admit(system_id, heard, now_s):
+            return
+        session = self._sessions.get(system_id)
+        if session is None:
+            session = self._sessions[system_id] = VehicleSession(system_id, heard.path.address)
+        routes = self._routes[system_id]
+        counts = routes.note(heard.path, heard.sequence, now_s)
+        boot_ms = getattr(heard.body, "time_boot_ms", None)
+        if boot_ms is not None and routes.other_vehicle(heard.path, boot_ms / 1e3, now_s):
+            self._conflicts[system_id] = f"two vehicles answer as {system_id}; give each its own system id"
+        if heard.name == "TIMESYNC":
+            self._on_timesync(heard, routes, now_s)
+        if (counts or heard.name == "COMMAND_ACK") and _for_us(heard):
+            session.receive(heard.name, heard.body, now_s)
+
+    def _note_header(self, heard: Heard, now_s: float) -> None:
+        """Only a header: it counts for loss."""
+        routes = self._routes.get(heard.system_id)
+        if routes is not None and heard.component_id == AUTOPILOT_COMPONENT and routes.find(heard.path) is not None:
+            routes.note(heard.path, heard.sequence, now_s)
+
+    def _on_timesync(self, heard: Heard, routes: Routes, now_s: float) -> None:
+        """An answer to us, or the vehicle's own question, which is answered."""
+        if heard.body.tc1 == 0:
+            self._timesync(int(now_s * 1e9) + 1, heard.body.ts1, heard.path, now_s)
+            return
+        route = routes.find(heard.path)
+        if route is not None and route.latency.on_answer(heard.body.ts1, now_s):
+            self._answered_s[heard.system_id] = now_s
+
+    def _timesync(self, tc1: int, ts1: int, path: Path, now_s: float) -> None:
+        self._wire.write("TIMESYNC", {"tc1": tc1, "ts1": ts1}, (path,), now_s)
+
+    def _admit(self, system_id: int, heard: Heard, now_s: float) -> bool:
+        """Two vehicles with one id both obey (mavlink-router#461): the second is refused, loudly."""
+        path = heard.path
+        wanted = self._expected.get(path.address)
+        if wanted is not None and wanted != system_id:
+            self._refuse(system_id, path, f"expected vehicle {wanted} there")
+            return False
+        routes = self._routes.get(system_id)
+        if routes is None:
+            if heard.name != "HEARTBEAT":
+                return False
+            routes = self._routes[system_id] = Routes()
+        if routes.find(path) is not None:
+            return True
+        elsewhere = routes.heard_elsewhere(path, now_s, CONFLICT_S)
+        if elsewhere is None:
+            routes.move(path, now_s)
+        elif wanted == system_id and elsewhere.path.address != path.address:
+            routes.add(path, now_s)  # a second link that the operator has named
+        else:
+            self._refuse(system_id, path, f"that id already flies at {elsewhere.path.address}")
+            self._conflicts[system_id] = f"a second vehicle at {path.address} has the same system id; change one"
+            return False
+        return True
+
+    def _refuse(self, system_id: int, path: Path, why: str) -> None:
+        if (system_id, path) not in self._refused:
+            self._refused.add((system_id, path))
+            self._notices.append(
+                f"vehicle {system_id} at {path.address} ({path.peer[0]}:{path.peer[1]}) is ignored: {why};"
+                " give every vehicle its own system id"
+            )
+
+    def _send_to(self, system_id: int, now_s: float, name: str, fields: Fields, *, everywhere: bool = False) -> None:
+        routes = self._routes[system_id]
+        paths: Sequence[Path] = routes.every(now_s) if everywhere else routes.usual(now_s)
+        target: dict[str, Any] = {"target_system": system_id, "target_component": AUTOPILOT_COMPONENT}
+        self._wire.write(name, target | dict(fields), paths, now_s)
+
+
+def _is_foreign_heartbeat(heard: Heard) -> bool:
+    """A gimbal's or companion's heartbeat must not overwrite the vehicle's mode."""
+    if heard.name != "HEARTBEAT":
+        return False
+    return heard.body.autopilot == _AUTOPILOT_INVALID or heard.body.type in _VEHICLE_TYPES_EXCLUDED
+
+
+def _for_us(heard: Heard) -> bool:
+    """COMMAND_ACKs for another ground station are not our verdicts; version 1 acks have no target (0)."""
+    if heard.name != "COMMAND_ACK":
+        return True
+    return getattr(heard.body, "target_system", 0) in {0, OWN_SYSTEM_ID}

@@ -1,0 +1,45 @@
+"""What a MAVLink library has to do for a fleet link: frames to messages, messages to frames. Two do it here."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Protocol
+
+OWN_SYSTEM_ID: Final = 245  # not 255: another ground station there would keep ArduPilot's failsafe quiet for us
+OWN_COMPONENT_ID: Final = 190  # MAV_COMP_ID_MISSIONPLANNER
+AUTOPILOT_COMPONENT: Final = 1  # MAV_COMP_ID_AUTOPILOT1
+
+Fields = Mapping[str, Any]
+"""A message's fields by their names in the MAVLink definitions."""
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """One way to a vehicle: our address, and who was heard there (host, port)."""
+
+    address: str
+    peer: tuple[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """A decoded message: ``body`` has the fields as attributes; ``sequence`` None where the library hides it."""
+
+    path: Path
+    name: str
+    system_id: int
+    component_id: int
+    sequence: int | None
+    body: Any
+
+
+class Wire(Protocol):
+    """Never blocks; called by the flight thread only."""
+
+    def read(self, now_s: float) -> Sequence[Heard]:
+        """Everything that has arrived."""
+
+    def write(self, name: str, fields: Fields, paths: Sequence[Path], now_s: float) -> None:
+        """Send the message ``name`` (such as ``COMMAND_LONG``) over each path; no paths: to everyone."""
+
+    def close(self) -> None:
+        """Release sockets."""

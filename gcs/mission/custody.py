@@ -1,0 +1,97 @@
+"""Who flies a drone, tick by tick: ours, silent, taken by a person, brought down by itself, or to be taken back.
+
+Pure rules. A mode that we did not order is a person's or a failsafe's and is never fought, with one exception: PX4
+falls out of OFFBOARD by itself when setpoints stay away for COM_OF_LOSS_T (1 s), so a change to where that leads, just
+after a dead link or a stall of this machine was *measured*, is our own doing, and the drone is taken back once for
+each such gap. What cannot be told apart is the pilot's.
+"""
+
+import math
+
+from gcs.fleet.track import is_link_lost
+from gcs.mission.drone import Control, Drone
+from gcs.mission.order import DEFAULT_TIMEOUT_S
+from gcs.mission.resume import STREAM_LOST_MODES
+from gcs.mission.watch import DropOut, Fate
+from gcs.ports import CampaignState, FlightMode, VehicleStatus
+
+GAP_SHARE = 0.9  # of the vehicle's setpoint time-out: a link dead for so long may have ended its stream
+GAP_MEMORY_S = 6.0  # a mode change shows in a heartbeat, once a second, and heartbeats get lost too
+SILENT_GIVE_UP_S = 60.0  # nothing heard for so long: it is not waited for any longer
+PILOTS_WORDS = "pilot took over"  # PX4 says so when sticks win (COM_RC_OVERRIDE)
+_OWN_WAY_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
+_WAITING = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF})
+_CLIMBING = frozenset({FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF})
+_LANDING = frozenset({*_OWN_WAY_DOWN, FlightMode.GUIDED, FlightMode.HOLD, FlightMode.TAKEOFF})
+
+
+def link_gap(status: VehicleStatus, now_s: float) -> bool:
+    """One way of the link is dead at this moment, for as long as ends a setpoint stream."""
+    timeout_s = GAP_SHARE * (status.limits.setpoint_timeout_s or DEFAULT_TIMEOUT_S)
+    heard_s = max(status.heartbeat_s or -math.inf, status.position_s or -math.inf)
+    deaf = status.answered_s is not None and now_s - status.answered_s > timeout_s
+    return deaf or now_s - heard_s > timeout_s
+
+
+def is_unreachable(drone: Drone, now_s: float) -> bool:
+    """Nothing is heard of it, or it fell out of our stream and does not answer: it cannot be taken back yet."""
+    status = drone.status
+    if status is None or is_link_lost(status, now_s):
+        return True
+    fallen_out = drone.control is Control.GUIDED and status.mode_name in STREAM_LOST_MODES
+    return fallen_out and not drone.halted and link_gap(status, now_s)
+
+
+def judge_custody(drone: Drone, state: CampaignState, now_s: float, stalled_s: float) -> DropOut | None:
+    """What has become of a drone that is ours; None: nothing. ``stalled_s``: when this machine last stalled."""
+    status = drone.status
+    if status is None or is_unreachable(drone, now_s):
+        return _silence(drone, now_s) if drone.is_streamed else None
+    if drone.control is Control.AUTOPILOT:
+        return _by_autopilot(drone, status, state)
+    if not status.armed:
+        return DropOut(Fate.RELEASE, f"it disarmed in mode {status.mode_name}")
+    if _is_expected(drone, status):
+        back = drone.silent_s is not None and not drone.halted and drone.control is Control.GUIDED
+        return DropOut(Fate.REGAIN, "it is heard again") if back else None
+    return _in_another_mode(status, gap=now_s - max(drone.gap_s, stalled_s) < GAP_MEMORY_S)
+
+
+def _in_another_mode(status: VehicleStatus, *, gap: bool) -> DropOut:
+    if status.mode in _OWN_WAY_DOWN:
+        return DropOut(Fate.FOLLOW, f"its failsafe or a pilot brings it down ({status.mode_name})")
+    if gap and status.mode_name in STREAM_LOST_MODES and not _pilot_spoke(status):
+        return DropOut(Fate.REGAIN, f"its setpoint stream was cut and it went to {status.mode_name}")
+    return DropOut(Fate.RELEASE, f"a pilot or its failsafe changed the mode to {status.mode_name or status.mode}")
+
+
+def _silence(drone: Drone, now_s: float) -> DropOut | None:
+    if drone.silent_s is None:
+        return DropOut(Fate.SILENT, "its link is dead; it is told to hold and waited for")
+    if now_s - drone.silent_s <= SILENT_GIVE_UP_S:
+        return None
+    words = f"its link is lost for more than {SILENT_GIVE_UP_S:.0f} s; told to return, its own failsafe flies it"
+    return DropOut(Fate.RELEASE, words)
+
+
+def _by_autopilot(drone: Drone, status: VehicleStatus, state: CampaignState) -> DropOut | None:
+    """It climbs or lands by itself: on the ground its mode is nobody's business."""
+    if not drone.is_airborne or drone.landed:
+        return None
+    climbing = state is CampaignState.LAUNCHING
+    if status.mode in (_CLIMBING if climbing else _LANDING) or status.mode_name == drone.parked_in:
+        return None
+    if climbing and status.mode in _OWN_WAY_DOWN:
+        return DropOut(Fate.FOLLOW, f"its failsafe or a pilot brings it down ({status.mode_name})")
+    return DropOut(Fate.RELEASE, f"a pilot or its failsafe changed the mode to {status.mode_name or status.mode}")
+
+
+def _is_expected(drone: Drone, status: VehicleStatus) -> bool:
+    """Its mode is what our orders lead to."""
+    if drone.halted or drone.control is Control.STREAM:
+        return status.mode in _WAITING or status.mode_name == drone.parked_in
+    return status.mode is FlightMode.GUIDED or drone.obeys_already
+
+
+def _pilot_spoke(status: VehicleStatus) -> bool:
+    return any(PILOTS_WORDS in text.lower() for text in status.texts[-3:])

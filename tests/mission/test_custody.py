@@ -1,0 +1,126 @@
+"""Who flies a drone: the table, row by row, and the evidence that a change of mode was our own doing."""
+
+from dataclasses import replace
+
+import pytest
+
+from gcs.mission.custody import GAP_MEMORY_S, SILENT_GIVE_UP_S, judge_custody, link_gap
+from gcs.mission.drone import Control, Drone
+from gcs.mission.watch import Fate
+from gcs.ports import CampaignState, CommandKind, FlightMode, UavTrack, VehicleLimits, VehicleStatus
+
+NOW_S = 100.0
+NEVER_S = float("-inf")
+C, M, S = Control, FlightMode, CampaignState
+
+
+def drone(mode: FlightMode, name: str = "", control: Control = C.GUIDED, **changes: object) -> Drone:
+    status = VehicleStatus(1, "px4", mode, name or mode.value, armed=True, heartbeat_s=NOW_S, position_s=NOW_S)
+    track = UavTrack(1, 0.0, 0.0, 50.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    made = Drone(0, 1, 50.0, (0.0, 0.0), status, track, control=control)
+    for key, value in changes.items():
+        setattr(made, key, value)
+    return made
+
+
+def fate(found: Drone, state: CampaignState = S.FLYING, stalled_s: float = NEVER_S) -> Fate | None:
+    judged = judge_custody(found, state, NOW_S, stalled_s)
+    return None if judged is None else judged.fate
+
+
+@pytest.mark.parametrize(
+    ("found", "expected"),
+    [
+        (drone(M.GUIDED), None),
+        (drone(M.PILOT, "ALTCTL"), Fate.RELEASE),
+        (drone(M.PILOT, "POSCTL"), Fate.RELEASE),
+        (drone(M.HOLD, "AUTO.LOITER"), Fate.RELEASE),
+        (drone(M.UNKNOWN), Fate.RELEASE),
+        (drone(M.RETURN), Fate.FOLLOW),
+        (drone(M.LAND), Fate.FOLLOW),
+        (drone(M.LAND, ordering=CommandKind.LAND), None),
+        (drone(M.HOLD, halted=True), None),
+        (drone(M.PILOT, "POSCTL", halted=True), Fate.RELEASE),
+        (drone(M.PILOT, "POSCTL", halted=True, parked_in="POSCTL"), None),
+        (drone(M.PILOT, "ALTCTL", halted=True, parked_in="POSCTL"), Fate.RELEASE),
+        (drone(M.HOLD, control=C.STREAM), None),
+        (drone(M.PILOT, "STABILIZE", control=C.STREAM), Fate.RELEASE),
+        (drone(M.PILOT, "POSCTL", gap_s=NOW_S - 1.0), Fate.REGAIN),
+        (drone(M.HOLD, "AUTO.LOITER", gap_s=NOW_S - 1.0), Fate.REGAIN),
+        (drone(M.PILOT, "ALTCTL", gap_s=NOW_S - 1.0), Fate.RELEASE),
+        (drone(M.PILOT, "POSCTL", gap_s=NOW_S - GAP_MEMORY_S - 0.1), Fate.RELEASE),
+        (drone(M.GUIDED, silent_s=NOW_S - 3.0), Fate.REGAIN),
+    ],
+)
+def test_a_drone_under_our_velocity(found: Drone, expected: Fate | None) -> None:
+    assert fate(found) == expected
+
+
+@pytest.mark.parametrize(
+    ("found", "state", "expected"),
+    [
+        (drone(M.TAKEOFF, control=C.AUTOPILOT), S.LAUNCHING, None),
+        (drone(M.HOLD, control=C.AUTOPILOT), S.LAUNCHING, None),
+        (drone(M.PILOT, "POSCTL", control=C.AUTOPILOT), S.LAUNCHING, Fate.RELEASE),
+        (drone(M.RETURN, control=C.AUTOPILOT), S.LAUNCHING, Fate.FOLLOW),
+        (drone(M.RETURN, control=C.AUTOPILOT), S.RECOVERING, None),
+        (drone(M.PILOT, "POSCTL", control=C.AUTOPILOT), S.RECOVERING, Fate.RELEASE),
+        (drone(M.PILOT, "STABILIZE", control=C.AUTOPILOT, landed=True), S.RECOVERING, None),
+    ],
+)
+def test_a_pilot_is_respected_while_it_climbs_and_lands(
+    found: Drone, state: CampaignState, expected: Fate | None
+) -> None:
+    assert fate(found, state) == expected
+
+
+def test_on_the_ground_its_mode_is_nobodys_business() -> None:
+    standing = drone(M.PILOT, "STABILIZE", control=C.AUTOPILOT)
+    assert standing.track is not None
+    standing.track = replace(standing.track, alt_home_m=0.0)
+    assert fate(standing, S.LAUNCHING) is None
+
+
+def test_a_stall_of_this_machine_is_a_gap_too_but_what_the_pilot_says_wins() -> None:
+    found = drone(M.PILOT, "POSCTL")
+    assert fate(found, stalled_s=NOW_S - 1.0) is Fate.REGAIN
+    assert found.status is not None
+    found.status = replace(found.status, texts=("Pilot took over using sticks",))
+    assert fate(found, stalled_s=NOW_S - 1.0) is Fate.RELEASE
+
+
+def test_a_silent_drone_is_waited_for_a_minute() -> None:
+    silent = drone(M.GUIDED)
+    assert silent.status is not None
+    silent.status = replace(silent.status, heartbeat_s=NOW_S - 5.1, position_s=NOW_S - 5.1)
+    assert fate(silent) is Fate.SILENT
+    silent.silent_s = NOW_S - SILENT_GIVE_UP_S
+    assert fate(silent) is None
+    silent.silent_s -= 0.1
+    assert fate(silent) is Fate.RELEASE
+
+
+def test_a_drone_that_disarmed_in_flight_is_not_ours() -> None:
+    found = drone(M.GUIDED)
+    assert found.status is not None
+    found.status = replace(found.status, armed=False)
+    assert fate(found) is Fate.RELEASE
+
+
+@pytest.mark.parametrize(
+    ("position_s", "answered_s", "timeout_s", "expected"),
+    [
+        (99.9, 99.9, 1.0, False),
+        (98.9, 99.9, 1.0, True),  # nothing comes down
+        (99.9, 98.9, 1.0, True),  # nothing goes up: it does not answer
+        (99.9, None, 1.0, False),  # it never answers: nothing can be told
+        (98.0, 98.0, 3.0, False),  # shorter than its time-out
+        (97.2, 99.9, 3.0, True),
+        (98.0, 98.0, None, False),  # unknown: the longer one counts, a change of mode is a pilot's
+    ],
+)
+def test_gap(position_s: float, answered_s: float | None, timeout_s: float | None, expected: bool) -> None:
+    status = VehicleStatus(
+        1, heartbeat_s=97.0, position_s=position_s, answered_s=answered_s, limits=VehicleLimits(18.0, 4.5, timeout_s)
+    )
+    assert link_gap(status, NOW_S) is expected
