@@ -50,6 +50,10 @@ export function allAlerts(
     const text = "Emergency stop: UAVs hold until it is released";
     found.push({ key: "stopped", severity: "warning", text, systemId: null, sequence: null, timeS: null });
   }
+  for (const id of snapshot?.stopped_ids ?? []) {
+    const text = `UAV ${id}: emergency stop, it holds until it is released`;
+    found.push({ key: `${id}:stopped`, severity: "warning", text, systemId: id, sequence: null, timeS: null });
+  }
   for (const event of events) {
     if (event.severity === "info" || acknowledged.has(event.sequence)) continue;
     const key = `event:${event.sequence}`;

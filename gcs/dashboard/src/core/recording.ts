@@ -101,7 +101,7 @@ export function shownAt(recording: Recording, frames: readonly Frame[], points: 
   const { campaign } = recording;
   const elapsed = Math.max(0, position - here.slot) * campaign.slot_s;
   const snapshot: SnapshotMessage = {
-    type: "snapshot", time_s: position * campaign.slot_s, tick: 0, stopped: false, healthy: true, setpoint_period_s: null, vehicles,
+    type: "snapshot", time_s: position * campaign.slot_s, tick: 0, stopped: false, stopped_ids: [], healthy: true, setpoint_period_s: null, vehicles,
     campaign: {
       campaign_id: campaign.campaign_id, name: campaign.name, policy: campaign.policy, slots: campaign.slots, slot_s: campaign.slot_s,
       state: next === undefined ? recording.state : "flying", reason: next === undefined ? recording.reason : "",

@@ -130,14 +130,14 @@ function Controls({ campaign }: { campaign: CampaignInfo }) {
   );
   return (
     <>
-      <div class="orders" role="group" aria-label={`Controls of ${campaign.name}`}>
+      {state.mayFly.value && <div class="orders" role="group" aria-label={`Controls of ${campaign.name}`}>
         {hold("start", "Start", `Start ${campaign.name}: ${reached} take off`)}
         <button type="button" disabled={!may("pause")} title={`${reached} hold where they are`} onClick={() => void act(campaign.id, "pause")}>
           Pause
         </button>
         {hold("resume", "Resume", `Resume ${campaign.name}: ${reached} fly on`)}
         {hold("abort", "Abort: return all", `Abort: return all of ${campaign.name}: ${reached} fly home in their layers and land`, true)}
-      </div>
+      </div>}
       {waiting && <Preflight id={campaign.id} />}
       {red > 0 && state.hello.value?.role === "admin" && (
         <HoldButton
