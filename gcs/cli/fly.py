@@ -183,8 +183,8 @@ def _bar(progress: Progress, bar: TaskID) -> Callable[[FlightSnapshot], bool]:
 
     def show(snapshot: FlightSnapshot) -> bool:
         campaign = snapshot.campaign
-        if campaign is None:
-            return True
+        if campaign is None:  # not told yet: nothing is, before a slow store has it
+            return False
         if shown[0] != (campaign.state, campaign.slot):
             shown[0] = (campaign.state, campaign.slot)
             progress.update(bar, completed=campaign.slot, description=str(campaign.state))
