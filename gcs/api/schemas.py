@@ -145,7 +145,8 @@ class SnapshotMessage(Message):
     type: Literal["snapshot"] = "snapshot"
     time_s: float  # flight clock, virtual when the flight is faster than real time
     tick: int
-    stopped: bool  # emergency stop latched
+    stopped: bool  # emergency stop of all latched
+    stopped_ids: list[int]  # vehicles stopped one by one
     healthy: bool  # the flight loop ticks within its deadline
     setpoint_period_s: float | None  # wall clock
     vehicles: list[VehicleView]

@@ -37,6 +37,7 @@ def snapshot_message(
         time_s=snapshot.time_s,
         tick=snapshot.tick,
         stopped=snapshot.stopped,
+        stopped_ids=list(snapshot.stopped_ids),
         healthy=healthy,
         setpoint_period_s=snapshot.setpoint_period_s,
         vehicles=[

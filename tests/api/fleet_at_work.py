@@ -44,7 +44,9 @@ def fleet_snapshot(tick: int, *, vehicles: int = 100, users: int = 2000, campaig
         decision_ms=61.2345,
         explanation={"predicted_user_enu_m": [[user.east_m, user.north_m] for user in people]},
     )
-    return FlightSnapshot(time_s, tick, tuple(_vehicle(i, time_s) for i in range(vehicles)), campaign, False, 0.1003)
+    return FlightSnapshot(
+        time_s, tick, tuple(_vehicle(i, time_s) for i in range(vehicles)), campaign, setpoint_period_s=0.1003
+    )
 
 
 def _vehicle(index: int, time_s: float) -> VehicleStatus:

@@ -151,6 +151,7 @@ class MovingFlight:
         self._campaign: CampaignSnapshot | None = None
         self._told_slot = -1
         self._stopped = False
+        self._stopped_ids: frozenset[int] = frozenset()
         self._tick = 0
         self._lost_at: dict[int, float] = {}
         self.battery: dict[int, float] = {}
@@ -185,7 +186,9 @@ class MovingFlight:
             self._advance()
             self._tick += 1
             vehicles = tuple(self._vehicle(system_id) for system_id in (1, 2))
-            return FlightSnapshot(self._now_s(), self._tick, vehicles, self._seen_campaign(), self._stopped, 0.1)
+            stopped_ids = tuple(sorted(self._stopped_ids))
+            campaign = self._seen_campaign()
+            return FlightSnapshot(self._now_s(), self._tick, vehicles, campaign, self._stopped, stopped_ids, 0.1)
 
     def submit(self, request: OperatorRequest) -> Future[RequestOutcome]:
         future: Future[RequestOutcome] = Future()
@@ -294,6 +297,12 @@ class MovingFlight:
                 assert request.command is not None
                 words = "Mode change denied: no GPS"
                 return RequestOutcome(True, "", Verdict(request.command, VerdictResult.REFUSED, words, 1, 0.2))
+            case RequestKind.EMERGENCY_STOP | RequestKind.RESET_STOP if request.system_id is not None:
+                one = {request.system_id}
+                self._stopped_ids = (
+                    self._stopped_ids | one if request.kind == "emergency_stop" else self._stopped_ids - one
+                )
+                return RequestOutcome(True)
             case RequestKind.EMERGENCY_STOP | RequestKind.RESET_STOP:
                 self._stopped = request.kind is RequestKind.EMERGENCY_STOP
                 return RequestOutcome(True)

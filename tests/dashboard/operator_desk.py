@@ -8,7 +8,7 @@ import uvicorn
 from moving_flight import MovingFlight
 
 from gcs.api.app import create_app
-from gcs.api.settings import ApiSettings
+from gcs.api.settings import ApiSettings, MapTiles
 from gcs.ports import FlightControl
 from gcs.store.store import Store
 
@@ -23,6 +23,7 @@ class Desk:
         self.store = store
         self.flight = MovingFlight(store.journal)
         self._control = control or self.flight
+        self.map_tiles = MapTiles()
         self._port = 0
         self._server: uvicorn.Server | None = None
         self._thread: threading.Thread | None = None
@@ -34,7 +35,7 @@ class Desk:
     def start(self) -> None:
         listener = socket.create_server(("127.0.0.1", self._port))
         self._port = listener.getsockname()[1]
-        settings = ApiSettings(host="127.0.0.1", one_time_key=KEY, dashboard=PAGE / "dist")
+        settings = ApiSettings(host="127.0.0.1", one_time_key=KEY, dashboard=PAGE / "dist", map_tiles=self.map_tiles)
         app = create_app(self._control, self.store, settings)
         config = uvicorn.Config(
             app, log_config=None, ws="websockets-sansio", lifespan="off", timeout_graceful_shutdown=1

@@ -13,8 +13,8 @@ from gcs.store.store import using_store
 MISSION = """
 [campaign]
 name = "field"
-slots = 40
-slot_s = 15.0
+slots = 60
+slot_s = 10.0
 [area]
 south_west = [40.4203, -86.93]
 size_m = [1667.0, 1222.0]
@@ -39,7 +39,7 @@ SPEEDUP = 3.0
 
 
 @contextmanager
-def mock_drones(ready_after_s: float = 20.0) -> Iterator[int]:
+def mock_drones(ready_after_s: float = 9.0) -> Iterator[int]:
     """The first port; drones become ready to fly by position a while after they are heard."""
     port = free_udp_ports(2)
     words = ["--count", "2", "--first-port", str(port), "--speedup", str(SPEEDUP), "--home", HOME]

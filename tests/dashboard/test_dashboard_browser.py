@@ -207,3 +207,30 @@ def test_alerts_move_no_button_under_a_hand(page: Page, desk: Desk):
     desk.flight.lose(2)
     expect(page.get_by_role("region", name="Alerts").get_by_role("listitem").first).to_be_visible()
     assert {name: control(page, name).bounding_box() for name in places} == places
+
+
+def test_one_drone_is_stopped_at_once_and_released_by_holding(page: Page, desk: Desk):
+    fly_demo(page)
+    card = page.get_by_test_id("drone-2")
+    card.get_by_role("button", name=re.compile("UAV 2")).first.click()
+    card.get_by_role("button", name="Stop UAV 2 now").click()
+    expect(page.get_by_role("region", name="Alerts")).to_contain_text("UAV 2: emergency stop")
+    hold(page, card.get_by_role("button", name=re.compile("^Release UAV 2")))
+    expect(card.get_by_role("button", name="Stop UAV 2 now")).to_be_visible()
+    asked = [(request.kind, request.system_id) for request in desk.flight.requests[1:]]
+    assert asked == [(RequestKind.EMERGENCY_STOP, 2), (RequestKind.RESET_STOP, 2)]
+
+
+def test_orders_to_several_name_whom_they_reach_while_they_are_held(page: Page, desk: Desk):
+    fly_demo(page)
+    page.get_by_label("Mark all").check()
+    button = page.get_by_role("button", name=re.compile("^Hold: UAVs 1 and 2 "))
+    button.hover()
+    page.mouse.down()
+    expect(page.get_by_text("Keep holding. Hold: UAVs 1 and 2")).to_be_visible()
+    expect(page.get_by_text("Keep holding.")).to_have_count(0)
+    page.mouse.up()
+    for system_id in (1, 2):
+        expect(page.get_by_test_id(f"drone-{system_id}")).to_contain_text("hold: refused")
+    commands = [request.command for request in desk.flight.requests[1:]]
+    assert {command.system_id for command in commands if command is not None} == {1, 2}

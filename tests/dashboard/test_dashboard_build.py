@@ -19,6 +19,7 @@ def build(tmp_path: Path) -> ModuleType:
     """The build script, copied with a page of few files, so that nothing real is touched."""
     page = tmp_path / "gcs" / "dashboard"
     (page / "src").mkdir(parents=True)
+    (page / "public").mkdir()
     for name in ("build.py", "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "index.html"):
         shutil.copy(PAGE / name, page / name)
     spec = importlib.util.spec_from_file_location("page_build", page / "build.py")

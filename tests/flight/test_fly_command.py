@@ -10,8 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.progress import Progress
 
 from gcs.__main__ import main
+from gcs.cli.fly import _bar
+from gcs.ports import CampaignSnapshot, CampaignState, FlightSnapshot
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 MISSION = """
@@ -143,3 +146,11 @@ def test_help_names_every_option(capsys: pytest.CaptureFixture[str]) -> None:
         "--keep",
     ):
         assert option in text
+
+
+def test_a_campaign_that_a_slow_store_keeps_back_is_waited_for():
+    with Progress(disable=True) as progress:
+        show = _bar(progress, progress.add_task("launching", total=4))
+        told = CampaignSnapshot("c", "short", "random", CampaignState.DONE, 4, 4, 15.0, 0.0)
+        assert not show(FlightSnapshot(0.0, 1))
+        assert show(FlightSnapshot(60.0, 600, campaign=told))

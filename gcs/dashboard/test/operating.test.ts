@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
 
+import { allAlerts, grouped } from "../src/core/alerts";
 import { batteryAlert, batteryText } from "../src/core/battery";
 import { cardLines } from "../src/core/card";
 import { withCheckpoint, withPolicy } from "../src/core/draft";
@@ -49,6 +50,19 @@ describe("orders to several", () => {
     state.receive(snapshot({ vehicles: [vehicle({ system_id: 2 })] }), 2);
     expect(marked.value).toEqual([]);
     for (const order of ORDERS) expect(order.explain("UAVs 1 and 3")).toContain("UAVs 1 and 3");
+  });
+});
+
+describe("alerts that say the same", () => {
+  it("become one line at the newest one's place, and keep every event to be acknowledged", () => {
+    const late = (sequence: number) => event({ sequence, time_s: sequence, severity: "caution", message: "late", system_id: null });
+    const groups = grouped(allAlerts(snapshot({ vehicles: [] }), [late(9), event({ sequence: 8, message: "lost", system_id: 2 }), late(7), late(3)], new Map([[3, "ann"]])));
+    expect(groups.map((group) => [group.text, group.notes.map((note) => note.sequence)])).toEqual([["lost", [8]], ["late", [9, 7]]]);
+  });
+  it("are not joined over drones or severities, and conditions stay as they are", () => {
+    const alerts = allAlerts(snapshot({ vehicles: [1, 2].map((system_id) => vehicle({ system_id, battery_fraction: 0.1 })) }), [event({ sequence: 1, system_id: 1 }), event({ sequence: 2, system_id: 2 })], new Map());
+    expect(grouped(alerts)).toHaveLength(4);
+    expect(grouped(alerts).filter((group) => group.notes.length === 0)).toHaveLength(2);
   });
 });
 

@@ -19,7 +19,7 @@ export const campaign = (change: Partial<CampaignView>): CampaignView => ({
 });
 
 export const snapshot = (change: Partial<SnapshotMessage>): SnapshotMessage => ({
-  type: "snapshot", time_s: 0, tick: 0, stopped: false, healthy: true, setpoint_period_s: 0.1, vehicles: [vehicle({})], campaign: null, ...change,
+  type: "snapshot", time_s: 0, tick: 0, stopped: false, stopped_ids: [], healthy: true, setpoint_period_s: 0.1, vehicles: [vehicle({})], campaign: null, ...change,
 });
 
 export const event = (change: Partial<EventMessage>): EventMessage => ({

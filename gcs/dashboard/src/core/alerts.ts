@@ -50,6 +50,10 @@ export function allAlerts(
     const text = "Emergency stop: UAVs hold until it is released";
     found.push({ key: "stopped", severity: "warning", text, systemId: null, sequence: null, timeS: null });
   }
+  for (const id of snapshot?.stopped_ids ?? []) {
+    const text = `UAV ${id}: emergency stop, it holds until it is released`;
+    found.push({ key: `${id}:stopped`, severity: "warning", text, systemId: id, sequence: null, timeS: null });
+  }
   for (const event of events) {
     if (event.severity === "info" || acknowledged.has(event.sequence)) continue;
     const key = `event:${event.sequence}`;
@@ -57,6 +61,24 @@ export function allAlerts(
     found.push({ key, severity, text, systemId, sequence, timeS });
   }
   return found.sort((a, b) => RANK[a.severity] - RANK[b.severity] || (b.sequence ?? Infinity) - (a.sequence ?? Infinity));
+}
+
+export interface AlertGroup extends Alert {
+  /** The events that say the same, newest first; empty for a condition, which nobody can acknowledge away. */
+  notes: { sequence: number; timeS: number }[];
+}
+
+/** What says the same becomes one line, at the newest one's place: a fault that repeats itself hides nothing else. */
+export function grouped(alerts: readonly Alert[]): AlertGroup[] {
+  const groups = new Map<string, AlertGroup>();
+  for (const alert of alerts) {
+    const { sequence, timeS } = alert;
+    const key = sequence === null ? alert.key : `${alert.severity} ${alert.systemId} ${alert.text}`;
+    const group = groups.get(key) ?? { ...alert, notes: [] };
+    if (sequence !== null && timeS !== null) group.notes.push({ sequence, timeS });
+    groups.set(key, group);
+  }
+  return [...groups.values()];
 }
 
 export const worst = (alerts: readonly Alert[]): Severity | null => alerts[0]?.severity ?? null;

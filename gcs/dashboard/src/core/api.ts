@@ -107,6 +107,8 @@ export class Api {
   urlOf = (path: string): string => new URL(this.base + path, location.href).href;
   command = (systemId: number, command: string): Promise<Answer<CommandAnswer>> =>
     this.ask("POST", `drones/${systemId}/commands`, { command });
+  stopOne = (systemId: number): Promise<Answer<unknown>> => this.ask("POST", `drones/${systemId}/emergency-stop`);
+  releaseOne = (systemId: number): Promise<Answer<unknown>> => this.ask("POST", `drones/${systemId}/emergency-stop/reset`);
   emergencyStop = (): Promise<Answer<unknown>> => this.ask("POST", "emergency-stop");
   resetStop = (): Promise<Answer<unknown>> => this.ask("POST", "emergency-stop/reset");
   reportUrl = (id: string): string => `${this.base}campaigns/${encodeURIComponent(id)}/report?format=html`;

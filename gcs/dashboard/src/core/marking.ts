@@ -33,4 +33,4 @@ export function mark(ids: readonly number[], on: boolean): void {
 }
 
 export const verdictText = (command: string, result: string, reason: string): string =>
-  `${command}: ${result}${reason === "" ? "" : ` (${reason})`}`;
+  result === "" ? reason : `${command}: ${result}${reason === "" ? "" : ` (${reason})`}`;

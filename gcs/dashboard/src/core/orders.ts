@@ -21,6 +21,18 @@ export async function give(ids: readonly number[], command: string): Promise<voi
   await Promise.all(ids.map((id) => giveOne(id, command)));
 }
 
+/** One drone holds at once, latched until it is released; the others go on. */
+export async function stopOne(id: number): Promise<void> {
+  answered(id, "stop: sent…", true);
+  const answer = await api.stopOne(id);
+  answered(id, answer.ok ? "stop: taken up" : `NOT STOPPED: ${answer.reason}`, answer.ok);
+}
+
+export async function releaseOne(id: number): Promise<void> {
+  const answer = await api.releaseOne(id);
+  answered(id, answer.ok ? "stop: released" : `not released: ${answer.reason}`, answer.ok);
+}
+
 async function giveOne(id: number, command: string): Promise<void> {
   answered(id, `${command}: sent…`, true);
   const answer = await api.command(id, command);

@@ -101,7 +101,7 @@ export function shownAt(recording: Recording, frames: readonly Frame[], points: 
   const { campaign } = recording;
   const elapsed = Math.max(0, position - here.slot) * campaign.slot_s;
   const snapshot: SnapshotMessage = {
-    type: "snapshot", time_s: position * campaign.slot_s, tick: 0, stopped: false, healthy: true, setpoint_period_s: null, vehicles,
+    type: "snapshot", time_s: position * campaign.slot_s, tick: 0, stopped: false, stopped_ids: [], healthy: true, setpoint_period_s: null, vehicles,
     campaign: {
       campaign_id: campaign.campaign_id, name: campaign.name, policy: campaign.policy, slots: campaign.slots, slot_s: campaign.slot_s,
       state: next === undefined ? recording.state : "flying", reason: next === undefined ? recording.reason : "",
@@ -131,7 +131,7 @@ function vehicleAt(recording: Recording, here: RecordedUav, next: RecordedUav | 
     armed: here.active, landed: here.active ? "in_air" : "unknown", position_ready: true,
     lat_deg: north_m === null ? null : lat + north_m / northScale, lon_deg: east_m === null ? null : lng + east_m / eastScale,
     east_m, north_m, alt_home_m: null, vel_ned_mps: [0, 0, 0], yaw_rad: 0,
-    heading_deg: flown.heading_deg, speed_mps: next === undefined ? 0 : flown.speed_mps,
+    heading_deg: ((flown.heading_deg % 360) + 360) % 360, speed_mps: next === undefined ? 0 : flown.speed_mps,
     battery_fraction: 1 - energy / recording.battery_j, return_fraction: null, battery_v: null, loss_ratio: 0,
     heartbeat_age_s: 0, position_age_s: 0, address: "", last_verdict: null, texts: [],
   };

@@ -109,6 +109,7 @@ export interface SnapshotMessage {
   time_s: number;
   tick: number;
   stopped: boolean;
+  stopped_ids: number[];
   healthy: boolean;
   setpoint_period_s: number | null;
   vehicles: VehicleView[];

@@ -153,11 +153,12 @@ function drawReach(context: CanvasRenderingContext2D, [x, y]: Pair, radius: numb
   context.arc(x, y, radius, 0, 2 * Math.PI);
   context.fillStyle = context.strokeStyle = color("reach");
   context.globalAlpha = chosen ? 0.18 : 0.1;
-  context.fill();
-  context.globalAlpha = 1;
+  if (chosen || !plain) context.fill();
+  context.globalAlpha = plain && !chosen ? 0.6 : 1;
   context.lineWidth = chosen ? 2.4 : plain ? 0.8 : 1.4;
   context.setLineDash(plain && !chosen ? [] : [7, 5]);
   context.stroke();
+  context.globalAlpha = 1;
   context.setLineDash([]);
 }
 

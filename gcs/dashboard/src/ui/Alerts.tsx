@@ -5,14 +5,18 @@
 
 import { signal } from "@preact/signals";
 
-import type { Alert } from "../core/alerts";
+import { grouped, type AlertGroup } from "../core/alerts";
 import { acknowledge, muted, sounded } from "../core/app";
 import * as state from "../core/state";
 
 const refusal = signal<string | null>(null);
 
-async function takeNote(sequence: number, timeS: number): Promise<void> {
-  refusal.value = await acknowledge(sequence, timeS);
+/** Oldest first; the first refusal is told and ends it. */
+async function takeNote(notes: AlertGroup["notes"]): Promise<void> {
+  for (const { sequence, timeS } of notes.toReversed()) {
+    refusal.value = await acknowledge(sequence, timeS);
+    if (refusal.value !== null) return;
+  }
 }
 
 export function Alerts() {
@@ -27,7 +31,7 @@ export function Alerts() {
         <Mute />
       </div>
       <ul aria-live="assertive" tabIndex={0} aria-label="Alerts by priority">
-        {alerts.map((alert) => (
+        {grouped(alerts).map((alert) => (
           <AlertLine key={alert.key} alert={alert} />
         ))}
       </ul>
@@ -53,15 +57,16 @@ function Mute() {
   );
 }
 
-function AlertLine({ alert }: { alert: Alert }) {
-  const { sequence, timeS } = alert;
+function AlertLine({ alert }: { alert: AlertGroup }) {
+  const { notes } = alert;
   return (
     <li class={alert.severity}>
       <span>
         <b>{alert.severity === "warning" ? "Warning" : "Caution"}</b> {alert.text}
+        {notes.length > 1 && <span class="times"> {notes.length} times</span>}
       </span>
-      {sequence !== null && timeS !== null && state.mayFly.value && (
-        <button type="button" aria-label={`Acknowledge as ${state.hello.value?.actor}: ${alert.text}`} onClick={() => void takeNote(sequence, timeS)}>
+      {notes.length > 0 && state.mayFly.value && (
+        <button type="button" aria-label={`Acknowledge as ${state.hello.value?.actor}: ${alert.text}`} onClick={() => void takeNote(notes)}>
           Acknowledge
         </button>
       )}

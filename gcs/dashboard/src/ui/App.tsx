@@ -11,6 +11,7 @@ import { ConnectionBanner } from "./ConnectionBanner";
 import { Curves } from "./Curves";
 import { Events } from "./Events";
 import { Fleet } from "./Fleet";
+import { HeldNames } from "./HoldButton";
 import { ReplayBar } from "./ReplayBar";
 import { TopBar } from "./TopBar";
 
@@ -32,6 +33,7 @@ export function App() {
           <Events />
         </div>
       </main>
+      <HeldNames />
     </div>
   );
 }

@@ -112,7 +112,7 @@ export function Campaign() {
       )}
       {campaign !== null && !state.replaying.value && <Controls campaign={campaign} />}
       {campaign !== null && campaign.slot > 0 && <Afterwards campaign={campaign} />}
-      {message.value !== null && <p class={`verdict${message.value.good ? "" : " bad"}`} role="status">{message.value.text}</p>}
+      {message.value !== null && !state.replaying.value && <p class={`verdict${message.value.good ? "" : " bad"}`} role="status">{message.value.text}</p>}
       <DryRunResult />
       {state.replaying.value ? null : state.mayFly.value ? <Create /> : <p class="note">Sign in with an operator's key to create and fly campaigns.</p>}
     </section>
@@ -130,14 +130,14 @@ function Controls({ campaign }: { campaign: CampaignInfo }) {
   );
   return (
     <>
-      <div class="orders" role="group" aria-label={`Controls of ${campaign.name}`}>
+      {state.mayFly.value && <div class="orders" role="group" aria-label={`Controls of ${campaign.name}`}>
         {hold("start", "Start", `Start ${campaign.name}: ${reached} take off`)}
         <button type="button" disabled={!may("pause")} title={`${reached} hold where they are`} onClick={() => void act(campaign.id, "pause")}>
           Pause
         </button>
         {hold("resume", "Resume", `Resume ${campaign.name}: ${reached} fly on`)}
         {hold("abort", "Abort: return all", `Abort: return all of ${campaign.name}: ${reached} fly home in their layers and land`, true)}
-      </div>
+      </div>}
       {waiting && <Preflight id={campaign.id} />}
       {red > 0 && state.hello.value?.role === "admin" && (
         <HoldButton

@@ -28,7 +28,7 @@ const foretold = (value: Curve["value"]): Curve => ({ label: "forecast", token: 
 
 const CHARTS: readonly ChartProps[] = [
   {
-    title: "Age of information, slots",
+    title: "AoI, slots",
     share: false,
     foretold: foretold((point) => point.aoiSoFar),
     curves: [
@@ -37,19 +37,19 @@ const CHARTS: readonly ChartProps[] = [
     ],
   },
   {
-    title: "Data collected", share: true, foretold: foretold((point) => point.collected),
+    title: "Collected", share: true, foretold: foretold((point) => point.collected),
     curves: [{ label: "ψ so far", token: "series-a", value: (point) => point.collected }],
   },
   {
-    title: "Users covered", share: true, foretold: foretold((point) => point.coverage),
+    title: "Covered", share: true, foretold: foretold((point) => point.coverage),
     curves: [{ label: "ρ so far", token: "series-a", value: (point) => point.coverage }],
   },
   {
-    title: "Energy used", share: true, foretold: foretold((point) => point.energy),
+    title: "Energy", share: true, foretold: foretold((point) => point.energy),
     curves: [{ label: "ζ so far", token: "series-a", value: (point) => point.energy }],
   },
   {
-    title: "Policy's decision time, ms", share: false, foretold: null,
+    title: "Decision, ms", share: false, foretold: null,
     curves: [{ label: "decision", token: "series-a", value: (point) => point.decisionMs }],
   },
 ];

@@ -7,7 +7,7 @@ import { batteryText } from "../core/battery";
 import { fixed, percent, uavNames } from "../core/format";
 import { positionStale, vehicleStale } from "../core/freshness";
 import { mark, marked, ORDERS, verdictText } from "../core/marking";
-import { answers, give } from "../core/orders";
+import { answers, give, releaseOne, stopOne } from "../core/orders";
 import { paced } from "../core/pace";
 import * as state from "../core/state";
 import type { VehicleView } from "../core/types";
@@ -76,6 +76,16 @@ function Orders({ ids }: { ids: readonly number[] }) {
   );
 }
 
+/** Without holding, as all emergency stops; releasing is held. */
+function StopOne({ id }: { id: number }) {
+  const stopped = state.flight.snapshot.value?.stopped_ids.includes(id) === true;
+  return stopped ? (
+    <HoldButton label={`Release UAV ${id}`} explain={`Release UAV ${id} from its emergency stop`} disabled={!state.live.value} onDone={() => void releaseOne(id)} />
+  ) : (
+    <button type="button" class="stop-one" onClick={() => void stopOne(id)}>Stop UAV {id} now</button>
+  );
+}
+
 function Card({ vehicle }: { vehicle: VehicleView }) {
   const id = vehicle.system_id;
   const chosen = state.selected.value === id;
@@ -102,6 +112,7 @@ function Card({ vehicle }: { vehicle: VehicleView }) {
       ))}
       {!recorded && <LastVerdict vehicle={vehicle} />}
       {orders && <Orders ids={[id]} />}
+      {orders && <StopOne id={id} />}
       {chosen && <Why id={id} />}
     </li>
   );
@@ -147,5 +158,5 @@ function LastVerdict({ vehicle }: { vehicle: VehicleView }) {
   const last = vehicle.last_verdict;
   if (own !== undefined) return <p class={`verdict${own.good ? "" : " bad"}`} role="status">{own.text}</p>;
   if (last === null) return null;
-  return <p class={`verdict${last.result === "accepted" ? "" : " bad"}`}>{verdictText(last.command, last.result, last.reason)}</p>;
+  return <p class={`verdict${["accepted", ""].includes(last.result) ? "" : " bad"}`}>{verdictText(last.command, last.result, last.reason)}</p>;
 }

@@ -1,8 +1,14 @@
 /** A button that acts only when held: with the pointer, or with Space or Enter. Its name says whom it reaches. */
 
+import { signal } from "@preact/signals";
 import { useEffect, useRef, useState } from "preact/hooks";
 
 import { Hold } from "../core/hold";
+
+/** What the button that is being held will do, to whom; shown large while it is held. */
+export const held = signal<string | null>(null);
+
+export const HeldNames = () => (held.value === null ? null : <p class="holding-names" role="status">Keep holding. {held.value}</p>);
 
 interface Props {
   label: string;
@@ -17,13 +23,16 @@ export function HoldButton({ label, explain, onDone, disabled = false, danger = 
   const hold = useRef(new Hold());
   const [progress, setProgress] = useState(0);
   const frame = useRef(0);
+  const spoken = explain.startsWith(label) ? explain : `${label}: ${explain}`; // the name says what is seen (WCAG 2.5.3)
   const stop = (): void => {
     cancelAnimationFrame(frame.current);
+    if (hold.current.holding) held.value = null;
     hold.current.cancel();
     setProgress(0);
   };
   const step = (now: number): void => {
     if (hold.current.take(now)) {
+      held.value = null;
       setProgress(0);
       onDone();
     } else if (hold.current.holding) {
@@ -34,13 +43,13 @@ export function HoldButton({ label, explain, onDone, disabled = false, danger = 
   const begin = (): void => {
     if (disabled || hold.current.holding) return;
     hold.current.begin(performance.now());
+    held.value = spoken;
     frame.current = requestAnimationFrame(step);
   };
   useEffect(() => stop, []);
   useEffect(() => {
     if (disabled) stop();
   }, [disabled]);
-  const spoken = explain.startsWith(label) ? explain : `${label}: ${explain}`; // the name says what is seen (WCAG 2.5.3)
   const isKey = (event: KeyboardEvent): boolean => event.key === " " || event.key === "Enter";
   return (
     <button

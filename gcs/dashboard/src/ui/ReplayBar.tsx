@@ -40,7 +40,7 @@ function Buttons() {
   const alarm = nextAlarm.value;
   return (
     <div class="replay-buttons" role="group" aria-label="Play">
-      <button type="button" aria-label="To the beginning" title="To the beginning" onClick={() => replaying.seek(0)}>⏮</button>
+      <button type="button" aria-label="To the beginning" title="To the beginning" onClick={() => replaying.seek(0)}>|◂</button>
       <button type="button" aria-label="One slot back" title="One slot back" onClick={() => replaying.seek(Math.ceil(position.value) - 1)}>◂</button>
       <button type="button" class="primary" aria-label={playing.value ? "Pause the replay" : "Play"} onClick={replaying.toggle}>{playing.value ? "❚❚" : "▶"}</button>
       <button type="button" aria-label="One slot on" title="One slot on" onClick={() => replaying.seek(Math.floor(position.value) + 1)}>▸</button>
