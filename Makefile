@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPEEDUP ?= 40
 KEEP ?=
 
-.PHONY: demo test lint unit page bench crash gate-long train format clean help
+.PHONY: demo test lint unit page bench crash gate-long chaos train format clean help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -55,6 +55,9 @@ crash: $(VENV)/.dev  ## kill -9 the server fifty times in flight (about half an 
 
 gate-long: $(VENV)/.dev  ## 100,000 random cases of the safety gate (an hour); 0 breaches and 0 dead ends or it fails
 	OMP_NUM_THREADS=1 $(BIN)/python tests/safety/gate_simulation.py --cases 100000
+
+chaos: $(VENV)/.dev  ## 100 campaigns over random bad links (about an hour); all end, all land, no breach, or it fails
+	OMP_NUM_THREADS=1 $(BIN)/python tests/chaos/run.py --campaigns 100
 
 clean:  ## remove what was built
 	rm -rf $(VENV) .build gcs/dashboard/dist gcs/dashboard/node_modules reports runs artifacts
