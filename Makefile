@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPEEDUP ?= 40
 KEEP ?=
 
-.PHONY: demo test lint unit page bench crash gate-long chaos train format clean help
+.PHONY: demo test lint unit page bench crash soak gate-long chaos train format client site wheel clean help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -53,11 +53,27 @@ train:  $(VENV)/.dev  ## train the default gcrl anew into runs/gcrl-default (lon
 crash: $(VENV)/.dev  ## kill -9 the server fifty times in flight (about half an hour)
 	$(BIN)/python tests/durability/crash.py --kills 50
 
+soak: $(VENV)/.dev  ## a day of campaigns on the virtual clock in one process (an hour): memory, threads, sockets, tasks
+	$(BIN)/python tests/soak/day.py --hours 24
+
 gate-long: $(VENV)/.dev  ## 100,000 random cases of the safety gate (an hour); 0 breaches and 0 dead ends or it fails
 	OMP_NUM_THREADS=1 $(BIN)/python tests/safety/gate_simulation.py --cases 100000
 
 chaos: $(VENV)/.dev  ## 100 campaigns over random bad links (about an hour); all end, all land, no breach, or it fails
 	OMP_NUM_THREADS=1 $(BIN)/python tests/chaos/run.py --campaigns 100
+
+site: $(VENV)/.dev  ## build the documentation into .build/site; strict, offline
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
+
+wheel: $(VENV)/.dev page  ## a wheel with the built page inside, into dist
+	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation --wheel-dir dist .
+
+client: $(VENV)/.dev  ## write gcs/client/models.py and sync.py anew from the server's schemas and aio.py
+	$(BIN)/python -m gcs openapi > .build/openapi.json
+	$(BIN)/python gcs/client/write_models.py < .build/openapi.json
+	$(BIN)/python gcs/client/unasync.py
+	$(BIN)/ruff check --quiet --fix gcs/client
+	$(BIN)/ruff format --quiet gcs/client
 
 clean:  ## remove what was built
 	rm -rf $(VENV) .build gcs/dashboard/dist gcs/dashboard/node_modules reports runs artifacts

@@ -3,7 +3,9 @@
 import uuid
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
+from gcs.api.settings import server_version
 from gcs.flight_loop import FlightLoop
 from gcs.mission.manager import MissionManager
 from gcs.mission.order import CampaignOrder, FlightSettings
@@ -17,6 +19,9 @@ from policy.evaluation.evaluate import policy_of
 from policy.mission_file import Mission, open_campaign
 from policy.mobility.feed import TraceFeed
 from policy.mobility.traces import UserTraces
+from policy.model.checkpoint import find_checkpoint, read_card
+from policy.model.checkpoint_error import CheckpointError
+from policy.model.files import sha256
 from policy.service.client import RemotePolicy
 from policy.world.arrays import FloatArray
 from policy.world.scenario import Scenario
@@ -58,6 +63,24 @@ def make_planner(cast: Cast, campaign_id: str) -> Planner:
     return ThreadedPlanner(cast.policy.build if agent is None else lambda: agent)
 
 
+def provenance(cast: Cast) -> dict[str, str]:
+    """For the log: this version, and the digest of a learned policy's weights or the address of a service's."""
+    known = {"version": server_version()}
+    if cast.policy_url is not None:
+        return known | {"policy_url": cast.policy_url}
+    return known | {"weights_sha256": weights_digest(cast.policy)}
+
+
+def weights_digest(choice: PolicyChoice) -> str:
+    """SHA-256 of a learned policy's weights, empty for one that has none or whose weights cannot be read (yet)."""
+    try:
+        if choice.name == "gcrl":
+            return str(read_card(find_checkpoint(choice.checkpoint))["sha256"]["onnx"])
+        return "" if choice.checkpoint is None else sha256(Path(choice.checkpoint))
+    except (CheckpointError, KeyError, OSError):  # the policy itself will say so when it is built
+        return ""
+
+
 def make_order(
     mission: Mission,
     cast: Cast,
@@ -87,6 +110,7 @@ def make_order(
         system_ids=cast.system_ids,
         seed=cast.seed,
         settings=settings or FlightSettings(),
+        provenance=provenance(cast),
     )
 
 

@@ -13,15 +13,24 @@ url = "sqlite:///gcs-data/gcs.db"     # or postgresql://USER:PASSWORD@HOST/NAME
 [link]
 library = "pymavlink"                 # or mavsdk
 signing_key = "signing.hex"           # 64 hex digits, chmod 600: sign all, believe nothing unsigned
+[map]
+tiles = "https://tiles.example.org/{z}/{x}/{y}.png"   # or: pmtiles = "campus.pmtiles"; neither: plain background
+attribution = "who made the map"
 [policy]
 url = "http://127.0.0.1:8090"         # decide at `policy serve`; left out: in this process
+[tls]
+certificate = "server.pem"            # with its chain; both or none
+key = "server-key.pem"
+[users]
+keep_places_days = 30                 # after a campaign's end; then the places of its users are wiped
+away_after_s = 300                    # a live user of whom nothing is heard for so long takes no part
 """
 
 import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 DEFAULT_STORE = "sqlite:///gcs-data/gcs.db"
 SystemId = Annotated[int, Field(ge=1, le=250)]  # MAVLink: above are ground stations
@@ -66,6 +75,44 @@ class LinkSection(Section):
     signing_key: Path | None = None
 
 
+class MapSection(Section):
+    """What lies under the campaign on the page's map: nothing, tiles of another server, or a PMTiles file here."""
+
+    tiles: Annotated[str, Field(pattern=r"^https?://[^/\s'\";,]+/[^\s]*$")] | None = None
+    pmtiles: Path | None = None
+    attribution: Annotated[str, Field(max_length=200)] = ""
+
+    @model_validator(mode="after")
+    def _one_and_readable(self) -> "MapSection":
+        if self.tiles is not None and self.pmtiles is not None:
+            raise ValueError("tiles and pmtiles exclude each other; leave one out")
+        if self.tiles is not None and not all(part in self.tiles for part in ("{z}", "{x}", "{y}")):
+            raise ValueError("tiles must name {z}, {x} and {y}")
+        if self.pmtiles is not None and not self.pmtiles.is_file():
+            raise ValueError(f"pmtiles: there is no file {self.pmtiles}")
+        return self
+
+
+class TlsSection(Section):
+    """Certificate and key, PEM files."""
+
+    certificate: Annotated[str, Field(min_length=1)] | None = None
+    key: Annotated[str, Field(min_length=1)] | None = None
+
+    @model_validator(mode="after")
+    def _both(self) -> "TlsSection":
+        if (self.certificate is None) != (self.key is None):
+            raise ValueError("certificate and key go together: give both or none")
+        return self
+
+
+class UsersSection(Section):
+    """People who report where they are."""
+
+    keep_places_days: Annotated[float, Field(ge=0.0, le=36_500.0)] = 30.0
+    away_after_s: Annotated[float, Field(ge=10.0, le=86_400.0)] = 300.0
+
+
 class ServerConfig(Section):
     """The whole file."""
 
@@ -74,6 +121,9 @@ class ServerConfig(Section):
     drones: dict[SystemId, Annotated[str, Field(min_length=1)]] = {}
     link: LinkSection = LinkSection()
     policy: PolicySection = PolicySection()
+    map: MapSection = MapSection()
+    tls: TlsSection = TlsSection()
+    users: UsersSection = UsersSection()
 
 
 def load_config(path: Path | None) -> ServerConfig:

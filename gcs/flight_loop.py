@@ -8,9 +8,11 @@ import logging
 import queue
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from gcs.dead_man import DeadMan
 from gcs.mission.manager import MissionManager, Refused
@@ -18,6 +20,7 @@ from gcs.mission.order import CampaignOrder
 from gcs.mission.preflight import Line, check_fleet, red_lines
 from gcs.mission.resume import Resumption
 from gcs.ports import (
+    CampaignSnapshot,
     CommandKind,
     CommandTicket,
     Event,
@@ -44,6 +47,9 @@ SPREAD_FROM = 10  # fleets larger than this are sent to in several bursts a tick
 SPREAD_SHARE = 0.6  # of a tick over which the bursts are spread
 MISSED_REPORT_S = 10.0
 FAILING_HELD_S = 5.0  # a mission that fails at every tick is held for so long, then the loop falls silent
+_Told: TypeAlias = tuple[CampaignSnapshot | None, bool, tuple[int, ...]]
+"""A campaign, the stop latch of all, and the drones stopped one by one."""
+MOST_UNTOLD = 100  # ticks that wait for the store before they are told; the journal gives up long before
 
 _ON_CAMPAIGN_DRONES = frozenset({CommandKind.HOLD, CommandKind.RETURN, CommandKind.LAND, CommandKind.TERMINATE})
 _FORBIDDEN_WHEN_STOPPED = frozenset({CommandKind.ARM, CommandKind.TAKEOFF, CommandKind.GUIDED})
@@ -85,6 +91,8 @@ class FlightLoop:
         self._snapshot = FlightSnapshot(clock.now_s(), 0)
         self._failing_since_s: float | None = None
         self._dead_man = DeadMan(clock.now_s, link.send)
+        self._untold: deque[tuple[Callable[[], bool], _Told]] = deque(maxlen=MOST_UNTOLD)
+        self._told: _Told = (None, False, ())
 
     # --- any thread -----------------------------------------------------------------------------------------------
 
@@ -223,16 +231,26 @@ class FlightLoop:
         period_s = wall_s - self._sent_wall_s if self._sent_wall_s is not None else None
         self._sent_wall_s = self._ticked_wall_s = wall_s
         self._tick += 1
+        campaign, stopped, stopped_ids = self._durable(now_s)
         self._snapshot = FlightSnapshot(
             time_s=now_s,
             tick=self._tick,
             vehicles=tuple(self._manager.vehicles.values()),
-            campaign=self._manager.snapshot(now_s),
-            stopped=self._manager.emergency.latched,
-            stopped_ids=tuple(sorted(self._manager.emergency.ones)),
+            campaign=campaign,
+            stopped=stopped,
+            stopped_ids=stopped_ids,
             setpoint_period_s=period_s,
         )
         return self._snapshot
+
+    def _durable(self, now_s: float) -> _Told:
+        """The newest campaign and stop latches whose records are in the store: mostly this tick's, else one before."""
+        manager, emergency = self._manager, self._manager.emergency
+        told = (manager.snapshot(now_s), emergency.latched, tuple(sorted(emergency.ones)))
+        self._untold.append((self._journal.durability(), told))
+        while self._untold and self._untold[0][0]():
+            _, self._told = self._untold.popleft()
+        return self._told
 
     def _take_requests(self, now_s: float) -> None:
         while not self._jobs.empty():

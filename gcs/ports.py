@@ -5,7 +5,7 @@ that clock, which may be virtual. Other threads (API, store) read the newest fro
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -259,13 +259,16 @@ class UserPlaces(Protocol):
 
 @runtime_checkable
 class LivePlaces(UserPlaces, Protocol):
-    """People who report themselves: they join in flight, up to ``num_users``, and may tell what they uploaded.
+    """People who report themselves: they join and leave in flight, up to ``num_users``, and may tell of uploads.
 
-    ``positions`` is NaN for rows that nobody has taken yet.
+    ``positions`` is NaN for rows that nobody has taken yet, and for who left.
     """
 
     def user_ids(self) -> tuple[str, ...]:
-        """Who has joined, by row: the first rows of all arrays."""
+        """Who has ever joined, by row: the first rows of all arrays."""
+
+    def present(self) -> BoolArray:
+        """[M] who takes part now."""
 
     def take_receipts(self) -> tuple[BoolArray, BoolArray]:
         """[M] who uploaded since the last call; [M] who ever sent a receipt: theirs count, not the channel model."""
@@ -334,11 +337,20 @@ class Journal(Protocol):
 
     def record_decision(self, campaign_id: str, record: "DecisionRecord") -> None: ...
 
+    def record_setpoints(self, campaign_id: str, slot: int, told: "tuple[SetpointSummary, ...]") -> None:
+        """What the UAVs were told on the way to the slot record of this number: 0 is the launch, T + 1 the way home."""
+
     def checkpoint(self, checkpoint: "Checkpoint") -> None:
         """Keep the newest one of its campaign: what a restarted server takes the flight up from."""
 
     def settle(self) -> bool:
         """Wait until what was recorded so far is durable, some tens of milliseconds at most; False: it is not yet."""
+
+    def durability(self) -> Callable[[], bool]:
+        """A question for later: is what was recorded so far durable, so that what follows from it may be told?
+
+        Also true while the store is failing, which is told by itself.
+        """
 
 
 # --- campaign -----------------------------------------------------------------------------------------------------
@@ -381,6 +393,7 @@ class UserSlot:
     aoi_slots: float
     data_mb: float
     served: bool
+    active: bool = True  # False: a live user who left; his AoI and data stand still, his place is not kept
 
 
 @dataclass(frozen=True)
@@ -397,9 +410,10 @@ class SlotRecord:
 
 @dataclass(frozen=True)
 class DecisionRecord:
-    """A decision with the fleet that it was made for; the users stand in the slot record of the same number.
+    """A decision with all that it was made from, so that it can be made again (``gcs recheck``).
 
-    One entry a UAV in each tuple: positions and velocities east, north.
+    One entry a UAV in each tuple: positions and velocities east, north. Users stand in the slot record of the same
+    number; ``users`` holds them where they may have changed since (live ones), east, north, Mb, AoI, taking part.
     """
 
     slot: int
@@ -410,6 +424,27 @@ class DecisionRecord:
     heading_rad: tuple[float, ...]
     speed_mps: tuple[float, ...]
     duration_ms: float | None
+    end_heading_rad: tuple[float, ...] | None = None  # at which the slot is to be left, where not as commanded
+    end_speed_mps: tuple[float, ...] | None = None
+    flown: bool = True  # False: it came too late, and the fleet held
+    users: tuple[tuple[float, float, float, float, bool], ...] = ()
+    session: str = ""  # one for each time that the policy was begun: at the start and after a restart
+    seed: int = 0  # with which it was begun
+    max_speed_mps: float = math.nan  # what the plan counted on
+    max_accel_mps2: float = math.nan
+
+
+@dataclass(frozen=True)
+class SetpointSummary:
+    """What one UAV was told during one slot."""
+
+    system_id: int
+    sent: int
+    longest_gap_s: float  # between two setpoints, on the flight clock
+    top_speed_mps: float  # horizontal, commanded
+    slowed: int  # by the gate, see gcs.safety.gate.GateAction
+    bent: int
+    held: int
 
 
 @dataclass(frozen=True)

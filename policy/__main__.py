@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from policy.agents.registry import UnknownPolicyError
 from policy.cli import evaluate, serve, tables, train
 from policy.cli.arguments import USAGE_ERROR, CommandError, Parser
+from policy.cli.completion import add_completion
 from policy.evaluation.files import OutputError
 from policy.mission_file import MissionError
 from policy.model.checkpoint_error import CheckpointError
@@ -14,13 +15,19 @@ from policy.model.checkpoint_error import CheckpointError
 INTERRUPTED = 130
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command. Exit codes: 0 done, 2 usage or input error (one line on stderr), 130 interrupted."""
-    parser = Parser(prog="policy", description="Evaluate, train and serve policies of UAV crowdsensing missions.")
-    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
+def parser() -> Parser:
+    """All commands."""
+    options = Parser(prog="policy", description="Evaluate, train and serve policies of UAV crowdsensing missions.")
+    commands = options.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
     for command in (evaluate, train, tables, serve):
         command.add_parser(commands)
-    options = parser.parse_args(arguments)
+    add_completion(options)
+    return options
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command. Exit codes: 0 done, 2 usage or input error (one line on stderr), 130 interrupted."""
+    options = parser().parse_args(arguments)
     try:
         options.run(options)
     except (MissionError, UnknownPolicyError, CheckpointError, OutputError, CommandError) as error:

@@ -12,6 +12,8 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+import shtab
+
 from sitl_mock.autopilot import FLAVOURS
 from sitl_mock.control import Control
 from sitl_mock.faults import FaultFileError, load
@@ -99,7 +101,8 @@ def _key(text: str) -> bytes:
 
 def parser() -> argparse.ArgumentParser:
     """All options."""
-    options = _Parser(prog="sitl_mock", description="Mock MAVLink autopilots with real motion, for tests and demos.")
+    options = _Parser(prog="sitl-mock", description="Mock MAVLink autopilots with real motion, for tests and demos.")
+    shtab.add_argument_to(options, "--print-completion", help="print a completion script for this shell")
     add = options.add_argument
     add("--count", type=_whole(1, MAX_COUNT), default=1, help="vehicles, system ids 1..N (default 1)")
     add("--flavour", choices=sorted(FLAVOURS), default="px4", help="whose manners (default px4)")

@@ -12,6 +12,7 @@ from gcs.api import documentation, page, problems
 from gcs.api.auth import Door, Gatekeeper, Refusal
 from gcs.api.bodies import ProblemDocument
 from gcs.api.context import ApiContext
+from gcs.api.durable import Durable
 from gcs.api.guards import BodyLimit, SafeHeaders, SameOrigin
 from gcs.api.idempotency import Idempotency
 from gcs.api.live_users import LiveCampaigns
@@ -27,7 +28,10 @@ from gcs.api.routes import (
     health,
     keys,
     live,
+    map_tiles,
+    recordings,
     reports,
+    reports_socket,
     series,
     session,
     shelf,
@@ -75,10 +79,11 @@ def create_app(
 
 
 def _include_routes(app: FastAPI) -> None:
-    rooms = (campaigns, reports, series, explanations, dry_runs, live, drones, shelf, events, acknowledgements, keys)
-    for module in (*rooms, session):
+    looking = (reports, recordings, series, explanations, dry_runs, shelf, events, map_tiles)
+    for module in (campaigns, *looking, live, drones, acknowledgements, keys, session):
         app.include_router(module.router, prefix="/api/v1", dependencies=[Security(BEARER)], responses=PROBLEMS)
     app.include_router(stream.router, prefix="/api/v1")
+    app.include_router(reports_socket.router, prefix="/api/v1")
     app.include_router(health.router)
 
 
@@ -86,12 +91,13 @@ def _add_layers(app: FastAPI, context: ApiContext) -> None:
     """The last one added is the outermost."""
     settings = context.settings
     door = Door(context.store.keys, settings)
+    app.add_middleware(Durable, journal=context.store.journal)
     app.add_middleware(Idempotency, answers=context.store.answers)
     app.add_middleware(BodyLimit, max_bytes=settings.max_body_bytes)
     app.add_middleware(Gatekeeper, door=door, on_refusal=_refusal_log(context))
     app.add_middleware(SameOrigin, local_names_only=is_loopback(settings.host))
     app.add_middleware(RateLimit, buckets=Buckets(settings.rate_per_s, 2.0 * settings.rate_per_s))
-    app.add_middleware(SafeHeaders)
+    app.add_middleware(SafeHeaders, tiles_origin=settings.map_tiles.origin)
     app.add_middleware(HttpMetrics, registry=app.state.metrics)
 
 

@@ -1,10 +1,12 @@
 """Who may do what, decided once for every path by a table, so that no route can forget to ask.
 
-Reading needs a viewer, changing anything an operator, keys an admin. A key comes as ``Authorization: Bearer KEY``; a
-browser's WebSocket cannot set headers and says it as the subprotocol ``bearer.KEY`` beside ``ucs.v1``.
+Reading needs a viewer, changing anything an operator, keys an admin; what phones report needs a reporter. A key comes
+as ``Authorization: Bearer KEY``; a browser's WebSocket cannot set headers and says it as the subprotocol
+``bearer.KEY`` beside ``ucs.v1``.
 """
 
 import hmac
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -19,6 +21,7 @@ from gcs.store.keys import Keys, Role
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 SUBPROTOCOL = "ucs.v1"
 KEY_SUBPROTOCOL = "bearer."
+REPORTS = re.compile(r"/api/v1/campaigns/[^/]+/(fixes|uploads|departures|reports)")  # what phones send
 CHALLENGE = {"www-authenticate": 'Bearer realm="gcs"'}
 
 
@@ -83,6 +86,8 @@ def needed_role(scope: Scope) -> Role | None:
         return None
     if path == "/api/v1/keys" or path.startswith("/api/v1/keys/"):
         return Role.ADMIN
+    if REPORTS.fullmatch(path) and (scope["type"] == "websocket" or scope.get("method") == "POST"):
+        return Role.REPORTER
     return Role.VIEWER if scope.get("method", "GET") in SAFE_METHODS else Role.OPERATOR
 
 

@@ -5,9 +5,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AwareDatetime, BaseModel, BeforeValidator, ConfigDict, Field
 
-from gcs.api.schemas import CampaignStatic, MetricsView, RoleName
+from gcs.api.schemas import CampaignStatic, MetricsView
 
 MAX_BATCH = 10_000
+MAX_MESSAGE = 100  # reports in one WebSocket message, which has 16 KiB
 Name = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f\x7f]+$")]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
@@ -31,10 +32,13 @@ class Body(BaseModel):
 
 
 class MissionByName(Body):
-    """A mission at hand (GET /api/v1/missions), if wanted with another policy."""
+    """A mission at hand (GET /api/v1/missions), if wanted with another policy or model (GET /api/v1/policies)."""
 
     mission: Name
     policy: Name | None = None
+    checkpoint: (
+        Annotated[str, Field(min_length=1, max_length=128, pattern=r"^[A-Za-z0-9_-][A-Za-z0-9_.-]*$")] | None
+    ) = None
 
 
 class FixBody(Body):
@@ -63,11 +67,42 @@ class CommandBody(Body):
     force: bool = False
 
 
+class DepartureBody(Body):
+    """A live user takes no part any more, until a newer fix of his comes."""
+
+    user: Name
+    time: Moment
+
+
+class FixesMessage(Body):
+    """Over the WebSocket: fixes; ``number`` comes back with the answer."""
+
+    type: Literal["fixes"]
+    number: Annotated[int, Field(ge=0, le=2**53)]
+    fixes: Annotated[list[FixBody], Field(min_length=1, max_length=MAX_MESSAGE)]
+
+
+class UploadsMessage(Body):
+    """Over the WebSocket: receipts."""
+
+    type: Literal["uploads"]
+    number: Annotated[int, Field(ge=0, le=2**53)]
+    uploads: Annotated[list[UploadBody], Field(min_length=1, max_length=MAX_MESSAGE)]
+
+
+class DeparturesMessage(Body):
+    """Over the WebSocket: who left."""
+
+    type: Literal["departures"]
+    number: Annotated[int, Field(ge=0, le=2**53)]
+    departures: Annotated[list[DepartureBody], Field(min_length=1, max_length=MAX_MESSAGE)]
+
+
 class KeyBody(Body):
     """A new key."""
 
     name: Name
-    role: RoleName
+    role: Literal["reporter", "viewer", "operator", "admin"]
 
 
 class View(BaseModel):
@@ -152,6 +187,13 @@ class UploadsTaken(View):
     """202: receipts recorded."""
 
     accepted: int
+
+
+class DeparturesTaken(View):
+    """202: who left; ``stale`` came after a newer fix of the same user, or of somebody unknown."""
+
+    accepted: int
+    stale: int
 
 
 class MissionView(View):

@@ -7,6 +7,7 @@ from pydantic import ValidationError
 
 from gcs.api.bodies import MissionByName
 from gcs.api.problems import Problem
+from policy.agents.registry import LEARNED
 from policy.mission_file import Mission, MissionError, list_missions, load_mission, open_campaign, parse_mission
 
 PATH_KEYS = (("users", "trace"), ("policy", "checkpoint"))
@@ -19,6 +20,8 @@ def mission_from(body: Mapping[str, Any]) -> Mission:
         open_campaign(mission)
     except MissionError as error:
         raise Problem(422, str(error)) from None
+    if mission.checkpoint is not None and mission.policy not in LEARNED:
+        raise Problem(422, f'[policy] checkpoint: "{mission.policy}" does not learn and takes none; leave it out')
     return mission
 
 
@@ -28,9 +31,15 @@ def _by_name(body: Mapping[str, Any]) -> Mission:
     if wish.mission not in known:
         raise Problem(422, f"mission: there is none of this name; known: {', '.join(sorted(known)) or 'none'}")
     mission = load_mission(known[wish.mission])
-    if wish.policy is None:
+    if wish.policy is None and wish.checkpoint is None:
         return mission
-    document = {**mission.document, "policy": {**mission.document.get("policy", {}), "name": wish.policy}}
+    own = mission.document.get("policy", {})
+    policy = {**own, "name": wish.policy or mission.policy}
+    if wish.checkpoint is not None:
+        policy["checkpoint"] = wish.checkpoint
+    elif policy["name"] != mission.policy:
+        policy.pop("checkpoint", None)  # it belongs to the mission's own policy
+    document = {**mission.document, "policy": policy}
     return parse_mission(document, origin=wish.mission, directory=mission.directory)
 
 

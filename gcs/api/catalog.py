@@ -47,6 +47,11 @@ class Catalog:
         mission = self._find(campaign_id)
         return None if mission is None else mission.scenario.area.frame
 
+    def battery_j(self, campaign_id: str) -> float | None:
+        """What a full battery of the mission holds."""
+        mission = self._find(campaign_id)
+        return None if mission is None else mission.scenario.battery_j
+
     def _find(self, campaign_id: str) -> Mission | None:
         """None for a campaign that the store does not have or that this version cannot read."""
         with self._lock:

@@ -21,8 +21,8 @@ MAX_QUERY_BYTES = 8_192
 class SafeHeaders:
     """Tells browsers to trust nothing but this server; API answers are never kept by caches."""
 
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
+    def __init__(self, app: ASGIApp, *, tiles_origin: str | None = None) -> None:
+        self._app, self._policy = app, page_policy(tiles_origin)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """One request."""
@@ -32,14 +32,25 @@ class SafeHeaders:
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                _add_headers(MutableHeaders(scope=message), scope["path"])
+                _add_headers(MutableHeaders(scope=message), scope["path"], self._policy)
+                if scope.get("scheme") == "https":
+                    MutableHeaders(scope=message).setdefault("strict-transport-security", "max-age=31536000")
             await send(message)
 
         await self._app(scope, receive, send_with_headers)
 
 
-def _add_headers(headers: MutableHeaders, path: str) -> None:
-    headers.setdefault("content-security-policy", PAGE_POLICY)
+def page_policy(tiles_origin: str | None) -> str:
+    """What the page may ask: this server, and the configured one for map tiles."""
+    if tiles_origin is None:
+        return PAGE_POLICY
+    return PAGE_POLICY.replace("img-src 'self'", f"img-src 'self' {tiles_origin}").replace(
+        "connect-src 'self'", f"connect-src 'self' {tiles_origin}"
+    )
+
+
+def _add_headers(headers: MutableHeaders, path: str, policy: str) -> None:
+    headers.setdefault("content-security-policy", policy)
     headers.setdefault("x-content-type-options", "nosniff")
     headers.setdefault("x-frame-options", "DENY")
     headers.setdefault("referrer-policy", "no-referrer")

@@ -11,6 +11,8 @@ from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
+from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import TimeoutError as SqlTimeoutError
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
@@ -43,6 +45,8 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(HTTPException, _on_http)
     app.add_exception_handler(RequestValidationError, _on_validation)
     app.add_exception_handler(MissionError, _on_unreadable_record)
+    app.add_exception_handler(OperationalError, _on_store_away)
+    app.add_exception_handler(SqlTimeoutError, _on_store_away)
     app.add_exception_handler(Exception, _on_defect)
 
 
@@ -75,6 +79,13 @@ async def _on_validation(request: Request, error: Exception) -> Response:
 async def _on_unreadable_record(request: Request, error: Exception) -> Response:
     """A campaign of another version; documents that a client sends are answered for by ``campaign_documents``."""
     return problem_response(409, f"this version cannot read it: {error}", instance=request.url.path)
+
+
+async def _on_store_away(request: Request, error: Exception) -> Response:
+    """Locked, full, or its server is gone: nothing was done, and flying goes on without it."""
+    words = str(error).splitlines()[0].rpartition(") ")[2][:200]
+    detail = f"the store does not answer ({words}); nothing was done, see /readyz"
+    return problem_response(503, detail, instance=request.url.path, headers={"retry-after": "5"})
 
 
 async def _on_defect(request: Request, error: Exception) -> Response:  # noqa: ARG001 the server logs it

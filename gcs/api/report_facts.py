@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from gcs.forecast.dry_runs import DryRun
 from gcs.ports import Event
 from gcs.report import MetricsRow
+from gcs.report.forecast_rows import forecast_rows
 from policy.evaluation.results import VIOLATION_NAMES
-from policy.world.metrics import Metrics
 
 VIOLATION = "safety.violation"
 
@@ -21,10 +21,4 @@ def foretold(run: DryRun | None) -> tuple[MetricsRow, ...]:
     """The dry run's own policy and chance, under the same conditions; nothing where there was no dry run."""
     if run is None or run.forecast is None:
         return ()
-    forecast = run.forecast
-    limits = f"at most {forecast['max_speed_mps']:.1f} m/s and {forecast['max_accel_mps2']:.1f} m/s², no wind"
-    baseline = forecast["baseline"]
-    return (
-        MetricsRow(f"{forecast['policy']} (dry run)", Metrics(**forecast["metrics"]), f"foretold: {limits}"),
-        MetricsRow(f"{baseline['policy']} (dry run)", Metrics(**baseline["metrics"]), limits),
-    )
+    return forecast_rows(run.forecast)

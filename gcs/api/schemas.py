@@ -89,6 +89,7 @@ class VehicleView(Message):
     heading_deg: float  # direction of travel in [0, 360); the nose's when at rest
     speed_mps: float  # over ground
     battery_fraction: float | None
+    return_fraction: float | None  # of a full battery, to fly home and land from here; None without a campaign
     battery_v: float | None
     loss_ratio: float
     heartbeat_age_s: float | None

@@ -4,6 +4,7 @@ import ipaddress
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from urllib.parse import urlsplit
 
 DASHBOARD = Path(__file__).resolve().parents[1] / "dashboard" / "dist"
 
@@ -25,6 +26,23 @@ def is_loopback(host: str) -> bool:
 
 
 @dataclass(frozen=True)
+class MapTiles:
+    """What lies under the campaign: tiles at ``url`` ({z}, {x}, {y}), or those of a PMTiles file; neither: nothing."""
+
+    url: str | None = None
+    pmtiles: Path | None = None
+    attribution: str = ""
+
+    @property
+    def origin(self) -> str | None:
+        """Of the tiles' server, which the page must be allowed to ask."""
+        if self.url is None:
+            return None
+        parts = urlsplit(self.url)
+        return f"{parts.scheme}://{parts.netloc}"
+
+
+@dataclass(frozen=True)
 class ApiSettings:
     """``one_time_key`` is the operator key printed on loopback when none is configured: reading is open then."""
 
@@ -35,6 +53,7 @@ class ApiSettings:
     request_timeout_s: float = 5.0  # for the flight loop to take up a request
     command_timeout_s: float = 60.0  # for a vehicle's verdict, repeats included
     dashboard: Path = DASHBOARD
+    map_tiles: MapTiles = MapTiles()
     version: str = field(default_factory=server_version)
 
     @property

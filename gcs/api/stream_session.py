@@ -7,7 +7,7 @@ snapshots, sees gaps in the events' numbers when it is slower than the tail, and
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 from pydantic import ValidationError
 
@@ -19,6 +19,7 @@ from gcs.api.schemas import (
     HelloMessage,
     Message,
     ProblemMessage,
+    RoleName,
     SnapshotMessage,
     Subscribe,
     Topic,
@@ -40,6 +41,8 @@ class Statics(Protocol):
 
     def frame(self, campaign_id: str) -> LocalFrame | None: ...
 
+    def battery_j(self, campaign_id: str) -> float | None: ...
+
 
 class SnapshotSource:
     """The newest snapshot in the stream's words, made once a tick however many clients there are."""
@@ -57,8 +60,11 @@ class SnapshotSource:
         if self._message is None or made_of is None or made_of[0] is not snapshot or made_of[1] != healthy:
             campaign = snapshot.campaign
             frame = None if campaign is None else self._statics.frame(campaign.campaign_id)
+            battery_j = None if campaign is None else self._statics.battery_j(campaign.campaign_id)
             verdicts = self._tail.verdicts()
-            self._message = snapshot_message(snapshot, healthy=healthy, frame=frame, verdicts=verdicts)
+            self._message = snapshot_message(
+                snapshot, healthy=healthy, frame=frame, verdicts=verdicts, battery_j=battery_j
+            )
             self._users = [] if campaign is None or campaign.latest is None else user_views(campaign.latest)
             self._made_of = (snapshot, healthy)
         return self._message, self._users
@@ -88,7 +94,7 @@ class StreamSession:
         return _json(
             HelloMessage(
                 version=self.version,
-                role=self.actor.role.value,
+                role=cast("RoleName", self.actor.role.value),  # a reporter is not let in
                 actor=self.actor.name,
                 rate_hz=self.wish.rate_hz,
                 topics=list(self.wish.topics),

@@ -14,6 +14,7 @@ from gcs.api.schemas import (
     VehicleView,
     VerdictView,
 )
+from gcs.mission.watch import return_energy_j
 from gcs.ports import CampaignSnapshot, Event, FlightSnapshot, SlotRecord, UavPlan, UserSlot, VehicleStatus
 from gcs.store.event_tail import NumberedEvent
 from gcs.store.jsonable import jsonable
@@ -29,6 +30,7 @@ def snapshot_message(
     healthy: bool,
     frame: LocalFrame | None,
     verdicts: Mapping[int, Event],
+    battery_j: float | None = None,
 ) -> SnapshotMessage:
     """Without users: the stream adds them for clients that have not had them."""
     return SnapshotMessage(
@@ -38,15 +40,21 @@ def snapshot_message(
         healthy=healthy,
         setpoint_period_s=snapshot.setpoint_period_s,
         vehicles=[
-            vehicle_view(vehicle, snapshot.time_s, frame, verdicts.get(vehicle.system_id))
+            vehicle_view(vehicle, snapshot.time_s, frame, verdicts.get(vehicle.system_id), battery_j)
             for vehicle in snapshot.vehicles
         ],
         campaign=None if snapshot.campaign is None else campaign_view(snapshot.campaign),
     )
 
 
-def vehicle_view(vehicle: VehicleStatus, now_s: float, frame: LocalFrame | None, verdict: Event | None) -> VehicleView:
-    """One vehicle at ``now_s`` on the flight clock."""
+def vehicle_view(
+    vehicle: VehicleStatus,
+    now_s: float,
+    frame: LocalFrame | None,
+    verdict: Event | None,
+    battery_j: float | None = None,
+) -> VehicleView:
+    """One vehicle at ``now_s`` on the flight clock; ``battery_j``: of a full battery, where a mission says it."""
     north_mps, east_mps, _ = vehicle.vel_ned_mps
     speed_mps = math.hypot(north_mps, east_mps)
     travel_rad = math.atan2(east_mps, north_mps) if speed_mps > AT_REST_MPS else vehicle.yaw_rad
@@ -69,6 +77,7 @@ def vehicle_view(vehicle: VehicleStatus, now_s: float, frame: LocalFrame | None,
         heading_deg=_degrees(travel_rad),
         speed_mps=speed_mps,
         battery_fraction=vehicle.battery_fraction,
+        return_fraction=None if battery_j is None or frame is None else return_fraction(vehicle, frame, battery_j),
         battery_v=vehicle.battery_v,
         loss_ratio=vehicle.loss_ratio,
         heartbeat_age_s=_age_s(vehicle.heartbeat_s, now_s),
@@ -77,6 +86,17 @@ def vehicle_view(vehicle: VehicleStatus, now_s: float, frame: LocalFrame | None,
         last_verdict=None if verdict is None else verdict_view(verdict),
         texts=[str(jsonable(text)) for text in vehicle.texts],
     )
+
+
+def return_fraction(vehicle: VehicleStatus, frame: LocalFrame, battery_j: float) -> float | None:
+    """Share of a full battery to fly straight home against the assumed wind and land, as the mission manager counts."""
+    places = (vehicle.lat_deg, vehicle.lon_deg, vehicle.home_lat_deg, vehicle.home_lon_deg)
+    if None in places or vehicle.alt_home_m is None:
+        return None
+    here_m = frame.to_enu_m(vehicle.lat_deg, vehicle.lon_deg)
+    home_m = frame.to_enu_m(vehicle.home_lat_deg, vehicle.home_lon_deg)
+    distance_m = math.dist([float(x) for x in here_m], [float(x) for x in home_m])
+    return return_energy_j(distance_m, max(0.0, vehicle.alt_home_m)) / battery_j
 
 
 def campaign_view(campaign: CampaignSnapshot) -> CampaignView:
@@ -106,7 +126,7 @@ def metrics_view(metrics: Metrics | None) -> MetricsView | None:
 
 
 def user_views(record: SlotRecord) -> list[UserView]:
-    """Everybody at the end of a slot."""
+    """Everybody at the end of a slot; who left has no place."""
     return [_user_view(user) for user in record.users]
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from gcs.ports import Checkpoint, DecisionRecord, Event, Journal, Severity, SlotRecord
+from gcs.ports import Checkpoint, DecisionRecord, Event, Journal, SetpointSummary, Severity, SlotRecord
 
 
 @dataclass
@@ -34,6 +34,11 @@ class FlightLog:
         for journal in self.also:
             journal.record_decision(campaign_id, record)
 
+    def record_setpoints(self, campaign_id: str, slot: int, told: tuple[SetpointSummary, ...]) -> None:
+        """Pass on."""
+        for journal in self.also:
+            journal.record_setpoints(campaign_id, slot, told)
+
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         """Pass on: a headless flight itself is not taken up again."""
         for journal in self.also:
@@ -43,3 +48,8 @@ class FlightLog:
         """Memory is there at once."""
         settled = [journal.settle() for journal in self.also]  # each one, whatever the others say
         return all(settled)
+
+    def durability(self) -> Callable[[], bool]:
+        """As the journals behind say."""
+        questions = [journal.durability() for journal in self.also]
+        return lambda: all(durable() for durable in questions)

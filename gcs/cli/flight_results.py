@@ -1,6 +1,5 @@
 """What a headless flight leaves behind: result object, trajectory, report and the table beside Random."""
 
-import importlib.metadata
 import shlex
 import sys
 from collections.abc import Iterator, Sequence
@@ -11,7 +10,8 @@ from rich.console import Console
 from rich.table import Table
 
 from gcs.ports import CampaignState, Event, SlotRecord
-from gcs.report import MetricsRow, Provenance, ReportData, render_report
+from gcs.report import MetricsRow, ReportData, render_report
+from gcs.report.repeat import provenance
 from policy.agents.registry import PolicyChoice
 from policy.cli.display import LABELS
 from policy.evaluation.evaluate import evaluate
@@ -37,6 +37,7 @@ class FlownCampaign:
     violations: dict[str, int]
     wall_s: float
     begun_utc: str
+    repeat: str = ""  # one line that flies the mission again, in the report's folder
 
     @property
     def metrics(self) -> Metrics | None:
@@ -89,22 +90,23 @@ def print_table(flown: FlownCampaign, metrics: Metrics, random: Metrics, console
     console.print(table)
 
 
-def write_report(flown: FlownCampaign, random: Metrics, folder: Path) -> Path:
+def write_report(flown: FlownCampaign, comparison: tuple[MetricsRow, ...], folder: Path) -> Path:
     """The report's folder; returns the page."""
     data = ReportData(
         name=flown.mission.name,
         policy=flown.policy.name,
         scenario=flown.scenario,
         records=flown.records,
-        comparison=(MetricsRow("random", random, "the Random policy on the same mission, in the world model"),),
+        comparison=comparison,
         events=flown.events,
         violations=flown.violations,
-        provenance=Provenance(
+        provenance=provenance(
+            flown.mission,
+            policy=flown.policy.name,
+            checkpoint=flown.policy.checkpoint,
+            repeat=flown.repeat,
             command=shlex.join(["python", "-m", "gcs", *sys.argv[1:]]),
-            mission=flown.mission.document,
             seed=flown.seed,
-            versions={name: importlib.metadata.version(name) for name in ("numpy", "pymavlink")},
-            checkpoint=flown.policy.checkpoint or "",
             begun_utc=flown.begun_utc,
             wall_s=flown.wall_s,
         ),

@@ -4,9 +4,10 @@ import argparse
 import datetime as dt
 import importlib
 import re
+import shlex
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +17,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from gcs.bootstrap import Cast, make_loop, make_order, make_preparer
+from gcs.cli.beside_flight import comparison
 from gcs.cli.errors import UsageError, complain
 from gcs.cli.flight_log import FlightLog
 from gcs.cli.flight_results import FlownCampaign, print_table, random_beside, trajectory_rows, write_report
@@ -28,7 +30,7 @@ from gcs.links.opening import LIBRARIES, open_link
 from gcs.links.tlog import TlogRecorder
 from gcs.mission.order import CampaignOrder
 from gcs.mission.states import FINAL
-from gcs.ports import CampaignState, FlightClock, FlightSnapshot, OperatorRequest, RequestKind
+from gcs.ports import CampaignState, FlightClock, FlightSnapshot, OperatorRequest, RequestKind, VehicleStatus
 from policy.evaluation.evaluate import policy_of
 from policy.evaluation.files import check_destination
 from policy.evaluation.results import write_result
@@ -131,10 +133,11 @@ def _fly(args: argparse.Namespace) -> int:
             events=tuple(log.events),
             violations=loop.violations(),
             wall_s=time.monotonic() - begun_s,
-            begun_utc=begun.isoformat(),
+            begun_utc=begun.isoformat(timespec="seconds"),
+            repeat=_repeat(args),
         )
         progress.stop()
-        code = _conclude(args, flown)
+        code = _conclude(args, flown, last.vehicles)
         if page is not None and args.keep:
             _keep(loop, args, page.address)
     return code
@@ -190,7 +193,18 @@ def _bar(progress: Progress, bar: TaskID) -> Callable[[FlightSnapshot], bool]:
     return show
 
 
-def _conclude(args: argparse.Namespace, flown: FlownCampaign) -> int:
+def _repeat(args: argparse.Namespace) -> str:
+    """The command on the report's own mission file, which names the policy; outputs are left out."""
+    words = ["python", "-m", "gcs", "fly", "mission.toml", "--seed", str(args.seed)]
+    words += [part for drone in args.drone for part in ("--drone", drone)]
+    words += [] if args.drone else ["--fleet", "mock", "--flavour", args.flavour]
+    words += ["--wind-ms", args.wind_ms] if args.wind_ms else []
+    words += ["--policy-url", args.policy_url] if args.policy_url else []
+    words += [] if args.drone else ["--speedup", "max" if args.speedup is None else f"{args.speedup:g}"]
+    return shlex.join(words)
+
+
+def _conclude(args: argparse.Namespace, flown: FlownCampaign, vehicles: Sequence[VehicleStatus]) -> int:
     console, metrics = Console(), flown.metrics
     if metrics is not None:
         if args.json is not None:
@@ -200,7 +214,8 @@ def _conclude(args: argparse.Namespace, flown: FlownCampaign) -> int:
         random = random_beside(flown)
         print_table(flown, metrics, random, console)
         if args.report is not None:
-            console.print(f"report: {write_report(flown, random, args.report)}", soft_wrap=True)
+            beside = comparison(flown, vehicles)
+            console.print(f"report: {write_report(flown, beside, args.report)}", soft_wrap=True)
     if flown.state is CampaignState.DONE:
         return 0
     print_reason = f"the campaign is {flown.state} after {flown.records[-1].slot if flown.records else 0} slots"

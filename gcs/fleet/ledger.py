@@ -47,6 +47,8 @@ class CampaignLedger:
         self._user_ids = user_ids
         self._system_ids = system_ids
         self._live = places if isinstance(places, LivePlaces) else None
+        self._last_m = np.tile(0.5 * np.asarray(scenario.area.size_m), (scenario.num_users, 1))
+        self._joined = len(user_ids)
         self._state = self._with_joined(_with_fleet(initial_state(scenario, self._places_at(0)), fleet, scenario))
         self._present: list[BoolArray] = []
         self._aoi: list[FloatArray] = []
@@ -67,7 +69,9 @@ class CampaignLedger:
                 self._present.append(state.user_active)
                 self._served.append(self._column([user.served for user in record.users], False, np.bool_))
         known = [(user.east_m, user.north_m) for user in records[-1].users]
-        places_m[: len(known)] = np.reshape(known, (-1, 2))
+        known_m = np.reshape(known, (-1, 2))
+        places_m[: len(known)] = np.where(np.isnan(known_m), places_m[: len(known)], known_m)
+        self._joined = len(known) if self._live is not None else self._joined
         self._state = replace(state, user_pos_enu_m=places_m)
 
     def _recorded(self, state: WorldState, record: SlotRecord) -> WorldState:
@@ -76,7 +80,7 @@ class CampaignLedger:
             slot=record.slot,
             user_data_mb=self._column([user.data_mb for user in record.users], 0.0, np.float64),
             user_aoi_slots=self._column([user.aoi_slots for user in record.users], INITIAL_AOI_SLOTS, np.float64),
-            user_active=np.arange(self.scenario.num_users) < len(record.users),
+            user_active=self._column([user.active for user in record.users], False, np.bool_),
         )
 
     def _column(self, values: Sequence[float], rest: float, dtype: type) -> Any:
@@ -84,17 +88,25 @@ class CampaignLedger:
         return np.array([*values, *[rest] * (self.scenario.num_users - len(values))], dtype=dtype)
 
     def _places_at(self, sample: int) -> FloatArray:
-        """[M, 2]; rows that nobody has taken lie in the middle, where they take no part."""
+        """[M, 2]; who left stays where he was last, and rows that nobody has taken lie in the middle: no part taken."""
         pos_m = np.array(self._places.positions(sample), dtype=np.float64)
         if self._live is not None:
-            pos_m[np.isnan(pos_m).any(axis=-1)] = 0.5 * np.asarray(self.scenario.area.size_m)
+            unknown = np.isnan(pos_m).any(axis=-1)
+            pos_m[unknown] = self._last_m[unknown]
+            self._last_m = pos_m.copy()
         return pos_m
 
     def _with_joined(self, state: WorldState) -> WorldState:
-        """Live users take part from the slot that begins after their first fix, with AoI 1 and no data."""
+        """Live users take part from the slot that begins after their first fix, with AoI 1 and no data.
+
+        Who left takes no part from the slot that begins after it: his AoI and data stand still until he comes back.
+        """
         if self._live is None:
             return state
-        return replace(state, user_active=np.arange(self.scenario.num_users) < len(self._live.user_ids()))
+        present, self._joined = self._live.present(), len(self._live.user_ids())
+        came = present & ~np.asarray(state.user_active)
+        pos_m = np.where(came[:, None], self._places_at(state.slot), state.user_pos_enu_m)
+        return replace(state, user_active=present, user_pos_enu_m=pos_m)
 
     @property
     def slots_closed(self) -> int:
@@ -152,7 +164,7 @@ class CampaignLedger:
             return None
         aoi, served = np.stack(self._aoi), np.stack(self._served)
         offered_mb = self.scenario.slot_s * float(np.sum(present * np.asarray(self.scenario.collect_mbps)))
-        left_mb = float(np.sum(self._data_mb[-1][present[-1]]))
+        left_mb = float(np.sum(self._data_mb[-1][present.any(axis=0)]))  # of who left, too
         return Metrics(
             episodic_aoi=float(np.mean(aoi[present])),
             data_collection_ratio=1.0 - left_mb / offered_mb,
@@ -177,7 +189,7 @@ class CampaignLedger:
         """Of the rows that take part."""
         if self._live is None:
             return self._user_ids
-        return self._live.user_ids()[: int(np.count_nonzero(self._state.user_active))]
+        return self._live.user_ids()[: self._joined]
 
     def _uav_slot(self, index: int, fleet: FleetState) -> UavSlot:
         east_mps, north_mps = (float(v) for v in fleet.vel_enu_mps[index])
@@ -193,15 +205,17 @@ class CampaignLedger:
 
 
 def _user_slots(user_ids: tuple[str, ...], state: WorldState, served: Array) -> tuple[UserSlot, ...]:
+    active = np.asarray(state.user_active)
     columns = zip(
         user_ids,
-        state.user_pos_enu_m.tolist(),
+        np.where(active[:, None], state.user_pos_enu_m, math.nan).tolist(),
         state.user_aoi_slots.tolist(),
         state.user_data_mb.tolist(),
         np.asarray(served).tolist(),
+        active.tolist(),
         strict=False,  # live users: one id for each row that is taken
     )
-    return tuple(UserSlot(uid, pos[0], pos[1], aoi, data, hit) for uid, pos, aoi, data, hit in columns)
+    return tuple(UserSlot(uid, pos[0], pos[1], aoi, data, hit, here) for uid, pos, aoi, data, hit, here in columns)
 
 
 def _with_fleet(state: WorldState, fleet: FleetState, scenario: Scenario) -> WorldState:

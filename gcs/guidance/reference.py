@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from policy.world.arrays import FloatArray
-from policy.world.motion import displacement_m, slot_times_s, velocity_mps
+from policy.world.motion import slot_motion, slot_times_s
 
 REFERENCE_STEP_S = 0.1  # one sample a tick; between samples it is linear
 
@@ -57,14 +57,18 @@ def slot_references(
     max_accel_mps2: float,
     slot_s: float,
     start_s: float,
+    vel_end_mps: FloatArray | None = None,
 ) -> tuple[SlotReference, ...]:
-    """References of U UAVs: places [U, 2], present and commanded velocities [U, 2] -> U."""
+    """References of U UAVs: places [U, 2], present and commanded velocities [U, 2] -> U.
+
+    ``vel_end_mps`` [U, 2]: at which the slot is left, by a turn or braking that begins before it ends.
+    """
     samples = max(2, round(slot_s / REFERENCE_STEP_S) + 1)
     times_s = slot_times_s(pos_m, slot_s, samples)
     start, goal = vel_mps[:, None, :], vel_command_mps[:, None, :]
-    path_m = pos_m[:, None, :] + displacement_m(start, goal, max_accel_mps2, times_s)
-    speeds_mps = velocity_mps(start, goal, max_accel_mps2, times_s)
-    rows = np.concatenate((path_m, speeds_mps), axis=-1).tolist()
+    end = None if vel_end_mps is None else vel_end_mps[:, None, :]
+    way_m, velocities_mps = slot_motion(start, goal, end, max_accel_mps2, slot_s, times_s)
+    rows = np.concatenate((pos_m[:, None, :] + way_m, velocities_mps), axis=-1).tolist()
     step_s = slot_s / (samples - 1)
     return tuple(SlotReference(start_s, step_s, tuple(Point(*row) for row in uav)) for uav in rows)
 

@@ -1,14 +1,25 @@
 """A campaign in flight: everything that lasts from its start to its end."""
 
+import uuid
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from gcs.mission.drone import Drone
 from gcs.mission.order import CampaignOrder, fleet_limits, planning_scenario
 from gcs.mission.resume import Resumption
+from gcs.mission.setpoint_books import SetpointBooks
 from gcs.mission.slot_flight import SlotFlight
 from gcs.mission.states import Trigger
-from gcs.ports import CampaignSnapshot, CampaignState, Checkpoint, DroneCheckpoint, SlotRecord, VehicleStatus
+from gcs.ports import (
+    CampaignSnapshot,
+    CampaignState,
+    Checkpoint,
+    DecisionRecord,
+    DroneCheckpoint,
+    SlotRecord,
+    VehicleStatus,
+)
 from gcs.safety.envelope import envelope_of
 from gcs.safety.gate import SafetyGate
 from gcs.safety.monitor import ViolationMonitor
@@ -35,11 +46,25 @@ class Campaign:
         self.reason = ""
         self.slots: SlotFlight | None = None
         self.records: list[SlotRecord] = []
+        self.setpoints = SetpointBooks()
+        self.session = uuid.uuid4().hex[:12]  # of the policy: begun at the start, and anew after a restart
+        self.policy_seed = order.seed
         self.gate_acts: dict[int, tuple[str, float]] = {}  # system id -> newest reason, when
         if resumption is not None:
             was = resumption.checkpoint
             self.state, self.ending, self.reason = resumption.state, Trigger(was.ending), was.reason
             self.records = list(resumption.records)
+            self.policy_seed += was.slot
+
+    def signed(self, decided: DecisionRecord) -> DecisionRecord:
+        """A decision with how its policy was begun."""
+        return replace(
+            decided,
+            session=self.session,
+            seed=self.policy_seed,
+            max_speed_mps=self.scenario.max_speed_mps,
+            max_accel_mps2=self.scenario.max_accel_mps2,
+        )
 
     def checkpoint(self, now_s: float) -> Checkpoint:
         """What a restarted server must know to take this campaign up, beside the slot records."""

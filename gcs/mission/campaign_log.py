@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from gcs.mission.campaign import Campaign
-from gcs.ports import Checkpoint, Event, Journal, Severity, SlotRecord, Verdict
+from gcs.ports import Checkpoint, DecisionRecord, Event, Journal, Severity, SlotRecord, Verdict
 from gcs.safety.gate import GateAction, SealedSetpoint
 
 GATE_QUIET_S = 5.0  # the gate has let a drone alone for so long: its next act is a new event
@@ -57,14 +57,19 @@ class CampaignLog:
         """Keep a closed slot, durably where the store keeps up."""
         campaign.records.append(record)
         self._journal.record_slot(campaign.order.campaign_id, record)
+        self.setpoints(campaign, record.slot)
         self.keep(campaign)
         self._journal.settle()
 
-    def decision(self, campaign: Campaign) -> None:
+    def decision(self, campaign: Campaign, decided: DecisionRecord) -> None:
         """What the policy was asked and what it answered."""
-        decided = campaign.slots.decision_record() if campaign.slots is not None else None
-        if decided is not None:
-            self._journal.record_decision(campaign.order.campaign_id, decided)
+        self._journal.record_decision(campaign.order.campaign_id, decided)
+
+    def setpoints(self, campaign: Campaign, slot: int) -> None:
+        """What each drone was told since the last slot that was closed."""
+        told = campaign.setpoints.close()
+        if told:
+            self._journal.record_setpoints(campaign.order.campaign_id, slot, told)
 
     def violations(self, campaign: Campaign, record: SlotRecord) -> None:
         """What the slot broke, counted from where the vehicles really were."""

@@ -73,8 +73,8 @@ class MissionManager:
         if any(map(self.emergency.stops, order.system_ids)):
             raise Refused("the emergency stop is latched; reset it first")
         self.campaign = self._log.campaign = Campaign(order, self._link.vehicles())
-        order.planner.begin(self.campaign.scenario, order.seed)
         self._move(Trigger.START, "", actor)
+        self._begin_policy(self.campaign)
         for drone in self.campaign.drones:
             drone.script = Script(launch_steps(order.settings.ready_timeout_s))
 
@@ -83,7 +83,7 @@ class MissionManager:
         self._at(now_s)
         self.campaign = self._log.campaign = Campaign(order, self._link.vehicles(), resumption)
         self._taken_up_s = now_s
-        order.planner.begin(self.campaign.scenario, order.seed + resumption.checkpoint.slot)
+        self._begin_policy(self.campaign)
 
     def pause(self, now_s: float, actor: str) -> None:
         """Hold in place; the slot clock stops."""
@@ -310,6 +310,7 @@ class MissionManager:
             case CampaignState.FLYING:
                 self._fly(campaign, now_s)
             case CampaignState.RECOVERING if all(_is_settled(drone) for drone in campaign.drones):
+                self._log.setpoints(campaign, campaign.records[-1].slot + 1 if campaign.records else 0)
                 self._move(campaign.ending, campaign.reason)
                 campaign.order.planner.close()
             case _:
@@ -326,10 +327,9 @@ class MissionManager:
     def _fly(self, campaign: Campaign, now_s: float) -> None:
         slots = campaign.slots
         assert slots is not None
-        before = slots.decision
         record, trouble = slots.step(now_s)
-        if slots.decision is not before:
-            self._log.decision(campaign)
+        for decided in slots.take_decided():
+            self._log.decision(campaign, campaign.signed(decided))
         if trouble is not None:
             self._log.event(trouble.kind, f"slot {slots.slot}: {trouble.reason}; the drones hold", Severity.CAUTION)
         if record is None:
@@ -341,6 +341,13 @@ class MissionManager:
             self._begin_recovery()
         else:
             self._check_batteries(campaign)
+
+    def _begin_policy(self, campaign: Campaign) -> None:
+        """Which policy, from which weights, begun with what, stands in the log before it decides anything."""
+        order = campaign.order
+        order.planner.begin(campaign.scenario, campaign.policy_seed)
+        data = {**order.provenance, "policy": order.policy, "session": campaign.session, "seed": campaign.policy_seed}
+        self._log.event("policy.begun", f"policy {order.policy} begins", data=data)
 
     def _check_batteries(self, campaign: Campaign) -> None:
         """Before each slot: who can fly it and still come home."""
@@ -354,6 +361,7 @@ class MissionManager:
 
     def _setpoints(self, campaign: Campaign, now_s: float) -> list[SealedSetpoint]:
         sealed = fleet_setpoints(campaign, now_s, self.emergency.stops)
+        campaign.setpoints.add(sealed, now_s)
         for safe in sealed:
             self._log.gate(campaign, safe)
         return sealed

@@ -1,5 +1,6 @@
 """What a campaign needs to be flown, and the constants of flying it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from gcs.guidance.tracking import DEFAULT_GAINS, Gains
@@ -41,6 +42,7 @@ class CampaignOrder:
     system_ids: tuple[int, ...]
     seed: int = 0
     settings: FlightSettings = field(default_factory=FlightSettings)
+    provenance: Mapping[str, str] = field(default_factory=dict)  # where the policy comes from, for the log
 
     def __post_init__(self) -> None:
         if len(self.system_ids) != self.scenario.num_uavs or len(set(self.system_ids)) != len(self.system_ids):

@@ -4,6 +4,7 @@ Pausing stops the slot clock: neither AoI nor data grow while the fleet holds, o
 """
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,9 +16,18 @@ from gcs.guidance.reference import SlotReference, slot_references
 from gcs.guidance.tracking import approach, follow, holding_point_m, keep_velocity
 from gcs.mission.drone import Drone, Goal
 from gcs.mission.order import CampaignOrder
-from gcs.ports import DecisionRecord, PlanFailure, PlanTicket, SlotRecord, UavPlan, UavTrack, VelocitySetpoint
+from gcs.ports import (
+    DecisionRecord,
+    LivePlaces,
+    PlanFailure,
+    PlanTicket,
+    SlotRecord,
+    UavPlan,
+    UavTrack,
+    VelocitySetpoint,
+)
 from policy.agents.base import Decision
-from policy.world.arrays import FloatArray
+from policy.world.arrays import Array, FloatArray
 from policy.world.metrics import Metrics
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState
@@ -73,6 +83,8 @@ class SlotFlight:
         self.decision_ms: float | None = None
         self._asked: WorldState | None = None
         self._ticket: PlanTicket | None = None
+        self._late: deque[tuple[WorldState, PlanTicket]] = deque()
+        self._decided: list[DecisionRecord] = []
         self._references: tuple[SlotReference, ...] | None = None
         self._plans: tuple[UavPlan, ...] = ()
         self._paused_at_s: float | None = None
@@ -109,12 +121,14 @@ class SlotFlight:
             return ()
         return tuple(plan for drone, plan in zip(self._drones, self._plans, strict=True) if drone.active)
 
-    def decision_record(self) -> DecisionRecord | None:
-        """The decision being flown with what it was made from; None while holding."""
-        decision, asked = self.decision, self._asked
-        if decision is None or asked is None:
-            return None
-        return DecisionRecord(
+    def take_decided(self) -> tuple[DecisionRecord, ...]:
+        """What the policy has decided since the last call, in its order: flown, or too late to be flown."""
+        decided, self._decided = self._decided, []
+        return tuple(decided)
+
+    def _note(self, asked: WorldState, decision: Decision, duration_ms: float | None, *, flown: bool) -> None:
+        live = isinstance(self._order.places, LivePlaces)
+        record = DecisionRecord(
             slot=asked.slot,
             pos_enu_m=tuple((float(e), float(n)) for e, n in asked.uav_pos_enu_m),
             vel_enu_mps=tuple((float(e), float(n)) for e, n in asked.uav_vel_enu_mps),
@@ -122,8 +136,23 @@ class SlotFlight:
             active=tuple(map(bool, asked.uav_active)),
             heading_rad=tuple(map(float, decision.action.heading_rad)),
             speed_mps=tuple(map(float, decision.action.speed_mps)),
-            duration_ms=self.decision_ms,
+            end_heading_rad=_numbers(decision.action.end_heading_rad),
+            end_speed_mps=_numbers(decision.action.end_speed_mps),
+            duration_ms=duration_ms,
+            flown=flown,
+            users=_user_states(asked) if live else (),
         )
+        self._decided.append(record)
+
+    def _note_late(self) -> None:
+        """An answer that came too late still moved the policy on: without it the next ones could not be made again."""
+        while self._late and (answer := self._late[0][1].poll()) is not None:
+            asked, ticket = self._late.popleft()
+            if isinstance(answer, Decision) and self._fault(answer) is None:
+                self._note(asked, answer, ticket.duration_ms, flown=False)
+
+    def _fault(self, decision: Decision) -> str | None:
+        return decision_fault(decision, len(self._drones), self.scenario.max_speed_mps)
 
     def measure(self, now_s: float) -> None:
         """Every tick, paused or not: energy and places as flown."""
@@ -137,6 +166,7 @@ class SlotFlight:
     def step(self, now_s: float) -> tuple[SlotRecord | None, SlotTrouble | None]:
         """One tick of the slot clock: the record of a slot that ended, and what kept a decision from being flown."""
         record = None
+        self._note_late()
         if now_s >= self._slot_start_s + self.scenario.slot_s - TIME_TOLERANCE_S:
             record = self._end_slot(now_s)
             if self.finished:
@@ -239,14 +269,18 @@ class SlotFlight:
         if answer is None:
             if not self._virtual and now_s - self._plan_start_s <= self._settings.plan_grace_s:
                 return None
+            assert self._asked is not None
+            self._late.append((self._asked, self._ticket))
             return self._give_up("plan.late", f"no decision {now_s - self._plan_start_s:.1f} s into the slot")
         if isinstance(answer, PlanFailure):
             return self._give_up("plan.failed", answer.reason)
-        fault = decision_fault(answer, len(self._drones), self.scenario.max_speed_mps)
+        fault = self._fault(answer)
         if fault is not None:
             return self._give_up("plan.rejected", fault)
         self.decision, self.decision_ms = answer, self._ticket.duration_ms
         self._ticket = None
+        assert self._asked is not None
+        self._note(self._asked, answer, self.decision_ms, flown=True)
         self._references = slot_references(
             self._entry_m,
             self._entry_vel_mps,
@@ -254,6 +288,7 @@ class SlotFlight:
             max_accel_mps2=self.scenario.max_accel_mps2,
             slot_s=self._slot_start_s + self.scenario.slot_s - self._plan_start_s,
             start_s=self._plan_start_s,
+            vel_end_mps=answer.action.end_vel_enu_mps,
         )
         heading, speed = answer.action.heading_rad, answer.action.speed_mps
         self._plans = tuple(
@@ -278,9 +313,34 @@ class SlotFlight:
         return FleetState(self._last_place_m.copy(), velocities, self._energy_j, np.array(active, dtype=np.bool_))
 
 
+def _numbers(values: Array | None) -> tuple[float, ...] | None:
+    return None if values is None else tuple(map(float, values))
+
+
+def _user_states(state: WorldState) -> tuple[tuple[float, float, float, float, bool], ...]:
+    """[M] as in DecisionRecord.users."""
+    columns = zip(
+        state.user_pos_enu_m.tolist(),
+        state.user_data_mb.tolist(),
+        state.user_aoi_slots.tolist(),
+        state.user_active.tolist(),
+        strict=True,
+    )
+    return tuple((pos[0], pos[1], data_mb, aoi, active) for pos, data_mb, aoi, active in columns)
+
+
 def decision_fault(decision: Decision, num_uavs: int, max_speed_mps: float) -> str | None:
-    """Why a decision cannot be flown, or None: shape, numbers, limits."""
-    heading, speed = np.asarray(decision.action.heading_rad), np.asarray(decision.action.speed_mps)
+    """Why a decision cannot be flown, or None: shape, numbers, limits; of the velocities at the slot's end as well."""
+    action = decision.action
+    fault = _velocity_fault(action.heading_rad, action.speed_mps, num_uavs, max_speed_mps)
+    if fault is not None or action.end_heading_rad is None:
+        return fault
+    fault = _velocity_fault(action.end_heading_rad, action.end_speed_mps, num_uavs, max_speed_mps)
+    return None if fault is None else f"at the slot's end {fault}"
+
+
+def _velocity_fault(headings_rad: Array, speeds_mps: Array, num_uavs: int, max_speed_mps: float) -> str | None:
+    heading, speed = np.asarray(headings_rad), np.asarray(speeds_mps)
     if heading.shape != (num_uavs,) or speed.shape != (num_uavs,):
         return f"the decision has shapes {heading.shape} and {speed.shape}, not ({num_uavs},) twice"
     if heading.dtype.kind not in "fiu" or speed.dtype.kind not in "fiu":

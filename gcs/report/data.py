@@ -1,5 +1,6 @@
 """What a report is made of."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -15,19 +16,28 @@ class MetricsRow:
     """One line of the comparison: another policy's scores, or the same policy's under other conditions."""
 
     label: str
-    metrics: Metrics
+    metrics: Metrics  # ``final_aoi`` is NaN where the source does not give one
     note: str = ""
+
+    @property
+    def final_aoi(self) -> float | None:
+        """AoI after the last slot; None where the source does not give it."""
+        return self.metrics.final_aoi if math.isfinite(self.metrics.final_aoi) else None
 
 
 @dataclass(frozen=True)
 class Provenance:
     """Everything needed to fly the campaign again."""
 
-    command: str = ""  # one line for a shell
+    command: str = ""  # one line for a shell, as it was given
+    repeat: str = ""  # one line that flies ``mission`` again, in the folder with the report's mission.toml
     mission: Mapping[str, Any] = field(default_factory=dict)  # the mission document as flown
     seed: int | None = None
     versions: Mapping[str, str] = field(default_factory=dict)  # name -> version
+    machine: str = ""
+    commit: str = ""  # of the sources, where they are a clone
     checkpoint: str = ""  # of the policy, when it has one
+    sha256: Mapping[str, str] = field(default_factory=dict)  # file that decided the outcome -> its digest
     begun_utc: str = ""  # ISO 8601, wall clock
     wall_s: float | None = None  # how long the flight took on the wall clock
 

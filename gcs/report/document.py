@@ -13,7 +13,10 @@ def report_document(data: ReportData) -> dict[str, Any]:
     return result_object(data) | {
         "state": data.state,
         "reason": data.reason,
-        "comparison": [{"label": row.label, "note": row.note, **asdict(row.metrics)} for row in data.comparison],
+        "comparison": [
+            {"label": row.label, "note": row.note, **asdict(row.metrics), "final_aoi": row.final_aoi}
+            for row in data.comparison
+        ],
         "series": {name: list(values) for name, values in asdict(series(data)).items()},
         "uav_totals": [asdict(row) for row in uav_totals(data)],
         "user_totals": [asdict(row) for row in user_totals(data)],

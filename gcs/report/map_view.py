@@ -124,8 +124,9 @@ def _obstacles(data: ReportData) -> tuple[ObstacleShape, ...]:
 
 
 def _users(data: ReportData) -> tuple[UserMark, ...]:
-    """Oldest last, so that they lie on top."""
-    users = sorted(data.records[-1].users, key=lambda user: user.aoi_slots)
+    """Oldest last, so that they lie on top; who left, and everybody once places are wiped, has no place."""
+    placed = [user for user in data.records[-1].users if not math.isnan(user.east_m)]
+    users = sorted(placed, key=lambda user: user.aoi_slots)
     return tuple(
         UserMark(
             at=_flip(data, user.east_m, user.north_m),

@@ -1,4 +1,8 @@
-"""Writes the report: ``index.html`` (one file, no network), ``report.json`` and ``trajectory.csv``."""
+"""Writes the report: ``index.html`` (one file, no network) and beside it the same campaign for programs.
+
+``report.json`` has all numbers, ``trajectory.csv`` every UAV and user after every slot, ``tracks.geojson`` and
+``tracks.kml`` the ways for map programs, ``mission.toml`` the mission to fly again.
+"""
 
 import json
 from dataclasses import dataclass
@@ -13,10 +17,13 @@ from gcs.report.charts import Curve, line_chart
 from gcs.report.data import MetricsRow, ReportData
 from gcs.report.document import report_document
 from gcs.report.map_view import map_view
+from gcs.report.repeat import mission_toml
 from gcs.report.series import Series, decision_percentiles_ms, series, uav_totals, user_totals
+from gcs.report.tracks import geojson, kml
 from gcs.report.trajectory import trajectory_csv
 from policy.world.metrics import Metrics
 
+FILES_BESIDE = "beside this page: report.json, trajectory.csv, tracks.geojson, tracks.kml, mission.toml"
 SHOWN_EVENTS = 400
 """The page stays readable; report.json has every event."""
 
@@ -62,12 +69,14 @@ METRIC_COLUMNS = (
 
 
 def render_report(data: ReportData, out_dir: Path) -> Path:
-    """Write the three files into ``out_dir`` (made if missing) and return the path of ``index.html``."""
+    """Write the files into ``out_dir`` (made if missing) and return the path of ``index.html``."""
     out_dir.mkdir(parents=True, exist_ok=True)
-    document = json.dumps(report_document(data), indent=2, allow_nan=False, default=str)
     texts = {
-        "report.json": document + "\n",
+        "report.json": json.dumps(report_document(data), indent=2, allow_nan=False, default=str) + "\n",
         "trajectory.csv": trajectory_csv(data.records),
+        "tracks.geojson": json.dumps(geojson(data), allow_nan=False) + "\n",
+        "tracks.kml": kml(data),
+        "mission.toml": mission_toml(data.provenance.mission),
         "index.html": render_page(data),
     }
     for name, text in texts.items():
@@ -75,8 +84,8 @@ def render_report(data: ReportData, out_dir: Path) -> Path:
     return out_dir / "index.html"
 
 
-def render_page(data: ReportData) -> str:
-    """The page's HTML."""
+def render_page(data: ReportData, other_forms: str = FILES_BESIDE) -> str:
+    """The page's HTML; ``other_forms`` says where the same campaign is for programs."""
     curves = series(data)
     rows = _rows(data)
     return _environment().get_template("report.html.j2").render(
@@ -85,14 +94,15 @@ def render_page(data: ReportData) -> str:
         aoi_steps=AOI_STEPS,
         columns=METRIC_COLUMNS,
         rows=rows,
-        baseline=rows[1] if data.metrics and len(rows) > 1 else None,
+        others=data.comparison if data.metrics else (),
         charts=_charts(curves),
         decision=decision_percentiles_ms(curves.decision_ms),
         uav_totals=uav_totals(data),
         user_totals=user_totals(data),
         events=sorted(data.events, key=lambda e: (-_rank(e.severity), e.time_s))[:SHOWN_EVENTS],
         shown_events=SHOWN_EVENTS,
-        mission_json=json.dumps(data.provenance.mission, indent=2, default=str),
+        mission_toml=mission_toml(data.provenance.mission),
+        other_forms=other_forms,
     )  # fmt: skip
 
 

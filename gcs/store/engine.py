@@ -53,8 +53,11 @@ def _open_sqlite(url: str, database: str | None) -> Engine:
 
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:
-    """WAL lets readers read while the journal writes; NORMAL survives kill -9 (a power cut may cost the newest)."""
+    """WAL lets readers read while the journal writes; NORMAL survives kill -9 (a power cut may cost the newest).
+
+    secure_delete overwrites what is deleted: places of people must not stay readable in the file.
+    """
     if not isinstance(connection, sqlite3.Connection):
         return
-    for pragma in ("journal_mode=WAL", "synchronous=NORMAL", "foreign_keys=ON"):
+    for pragma in ("journal_mode=WAL", "synchronous=NORMAL", "foreign_keys=ON", "secure_delete=ON"):
         connection.execute(f"PRAGMA {pragma}")

@@ -8,7 +8,7 @@ from typing import Any
 from sqlalchemy import update
 from sqlalchemy.orm import Session
 
-from gcs.ports import CampaignState, Checkpoint, DecisionRecord, Event, SlotRecord, Verdict
+from gcs.ports import CampaignState, Checkpoint, DecisionRecord, Event, SetpointSummary, SlotRecord, Verdict
 from gcs.store.chain import digest_of, newest_digest
 from gcs.store.jsonable import clean_text, jsonable
 from gcs.store.models import (
@@ -17,6 +17,7 @@ from gcs.store.models import (
     CommandRow,
     DecisionRow,
     EventRow,
+    SetpointsRow,
     SlotRow,
     UploadRow,
 )
@@ -67,7 +68,16 @@ class DecisionEntry:
     record: DecisionRecord
 
 
-Entry = Event | SlotEntry | CommandEntry | UploadEntry | CheckpointEntry | DecisionEntry
+@dataclass(frozen=True)
+class SetpointsEntry:
+    """What the UAVs were told on the way to the slot record of this number."""
+
+    campaign_id: str
+    slot: int
+    told: tuple[SetpointSummary, ...]
+
+
+Entry = Event | SlotEntry | CommandEntry | UploadEntry | CheckpointEntry | DecisionEntry | SetpointsEntry
 
 
 class Writer:
@@ -102,6 +112,10 @@ def apply(session: Session, entry: Entry, now: datetime) -> None:
         case DecisionEntry():
             document, slot = jsonable(asdict(entry.record)), entry.record.slot
             session.add(DecisionRow(campaign_id=entry.campaign_id, slot=slot, document=document, recorded_at=now))
+        case SetpointsEntry():
+            document = jsonable([asdict(line) for line in entry.told])
+            row = SetpointsRow(campaign_id=entry.campaign_id, slot=entry.slot, document=document, recorded_at=now)
+            session.add(row)
         case SlotEntry():
             session.merge(_slot_row(entry, now))  # a resumed campaign may tell its last slot again
         case CommandEntry():

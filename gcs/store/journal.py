@@ -1,7 +1,9 @@
 """The journal: a bounded queue in front of a thread that writes to the store.
 
-``record`` never waits: the flight loop calls it ten times a second. A slow or broken store makes the queue grow; when
-it is full, records are lost, and that is counted, told in the event tail at once and in the store when it is back.
+``record`` never waits: the flight loop calls it ten times a second. An event is told (in the event tail) when it is
+written; what follows from it may be told when :meth:`StoreJournal.durability` says so. A slow or broken store makes the
+queue grow and is told of; when the queue is full, records are lost, and that is counted, told at once and written when
+the store is back.
 """
 
 import threading
@@ -22,8 +24,8 @@ from sqlalchemy.exc import (
 )
 from sqlalchemy.orm import Session
 
-from gcs.ports import Checkpoint, DecisionRecord, Event, Severity, SlotRecord
-from gcs.store.entries import CheckpointEntry, DecisionEntry, Entry, SlotEntry, Writer
+from gcs.ports import Checkpoint, DecisionRecord, Event, SetpointSummary, Severity, SlotRecord
+from gcs.store.entries import CheckpointEntry, DecisionEntry, Entry, SetpointsEntry, SlotEntry, Writer
 from gcs.store.event_tail import EventTail
 
 CAPACITY = 20_000  # records; a campaign of 100 UAVs writes some 100 a second, so minutes of a stalled store
@@ -32,6 +34,7 @@ RETRY_S = 0.2  # first pause after a failure; doubles
 RETRY_MAX_S = 5.0
 SETTLE_S = 0.04  # how long the flight waits for durability: less than half a tick (100 ms)
 STALLED_S = 5.0  # a write that takes longer is a failing store
+PATIENCE_S = 1.0  # a write that takes longer keeps nothing from being told any more
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ class StoreJournal:
     ) -> None:
         self._engine, self._tail, self._capacity, self._wall = engine, tail, capacity, wall
         self._changed = threading.Condition()
-        self._queue: deque[Entry] = deque()
+        self._queue: deque[tuple[Entry, int]] = deque()  # with an event's ticket in the tail, else 0
         self._taken = 0  # entries in the batch being written
         self._queued = self._finished = 0  # entries ever taken in, and ever done with
         self._late_told = False
@@ -78,8 +81,7 @@ class StoreJournal:
     # --- for any thread, never waits on the store
 
     def record(self, event: Event) -> None:
-        """Keep an event: in the tail at once, in the store soon."""
-        self._tail.append(event)
+        """Keep an event: in the store soon, and told then."""
         self._time_s = event.time_s
         self.put(event)
 
@@ -90,6 +92,10 @@ class StoreJournal:
     def record_decision(self, campaign_id: str, record: DecisionRecord) -> None:
         """Keep what the policy was asked and what it answered."""
         self.put(DecisionEntry(campaign_id, record))
+
+    def record_setpoints(self, campaign_id: str, slot: int, told: tuple[SetpointSummary, ...]) -> None:
+        """Keep what the UAVs were told."""
+        self.put(SetpointsEntry(campaign_id, slot, told))
 
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         """Keep the newest one of its campaign, with the wall clock's time."""
@@ -108,18 +114,35 @@ class StoreJournal:
             self._tell("store.late", f"the store takes longer than {1e3 * timeout_s:.0f} ms", Severity.CAUTION)
         return done and not self._error
 
+    def durability(self) -> Callable[[], bool]:
+        """A question to ask again and again: may what follows from the records so far be told?
+
+        True when all of them are written, and when the store fails or stalls: who flies must see what happens.
+        """
+        with self._changed:
+            wanted = self._queued
+
+        def may_be_told() -> bool:
+            with self._changed:
+                return self._finished >= wanted or bool(self._error) or self._busy_s() > PATIENCE_S
+
+        return may_be_told
+
     def put(self, entry: Entry) -> None:
         """Queue any entry, or count it as lost."""
         with self._changed:
             full = len(self._queue) + self._taken >= self._capacity
             first_lost = full and self._lost_untold == 0
+            ticket = self._tail.hold(entry) if isinstance(entry, Event) else 0
             if full:
                 self._lost += 1
                 self._lost_untold += 1
             else:
-                self._queue.append(entry)
+                self._queue.append((entry, ticket))
                 self._queued += 1
                 self._changed.notify_all()
+            if full or self._error:
+                self._tail.release(ticket)  # nobody knows when the store will have it
         if first_lost:
             self._tell("store.overflow", "the store is too slow: records are being lost", Severity.WARNING)
 
@@ -127,12 +150,16 @@ class StoreJournal:
         """Counters, and what is wrong now."""
         with self._changed:
             error = self._error or ("" if self._thread.is_alive() else "the journal's thread has ended")
-            if not error and self._busy_since_s is not None and time.monotonic() - self._busy_since_s > STALLED_S:
+            if not error and self._busy_s() > STALLED_S:
                 error = f"a write has taken more than {STALLED_S:g} s"
             if not error and self._lost_untold:
                 error = f"queue of {self._capacity} records is full"
             queued = len(self._queue) + self._taken
             return JournalHealth(queued, self._written, self._lost, self._failures, error)
+
+    def _busy_s(self) -> float:
+        """How long the present write has taken."""
+        return 0.0 if self._busy_since_s is None else time.monotonic() - self._busy_since_s
 
     def flush(self, timeout_s: float) -> bool:
         """Wait until everything recorded so far is written (or lost); False when that takes longer."""
@@ -156,7 +183,7 @@ class StoreJournal:
             if batch:
                 self._write(batch)
 
-    def _take(self) -> list[Entry]:
+    def _take(self) -> list[tuple[Entry, int]]:
         with self._changed:
             self._changed.wait_for(lambda: self._queue or self._closing.is_set())
             batch = [self._queue.popleft() for _ in range(min(BATCH, len(self._queue)))]
@@ -164,7 +191,7 @@ class StoreJournal:
             self._busy_since_s = time.monotonic()
             return batch
 
-    def _write(self, batch: list[Entry]) -> None:
+    def _write(self, batch: list[tuple[Entry, int]]) -> None:
         """Until it is written: a failing store is tried again, an entry that no store takes is dropped alone."""
         pause_s = RETRY_S
         while not self._closing.is_set():
@@ -178,11 +205,12 @@ class StoreJournal:
                 self._closing.wait(pause_s)
                 pause_s = min(2.0 * pause_s, RETRY_MAX_S)
             else:
+                self._tail.release(max(ticket for _, ticket in batch))
                 self._note_written(len(batch), lost=0)
                 return
         self._note_written(0, lost=len(batch))
 
-    def _write_singly(self, batch: list[Entry], error: Exception) -> None:
+    def _write_singly(self, batch: list[tuple[Entry, int]], error: Exception) -> None:
         if len(batch) > 1:
             for entry in batch:
                 self._write([entry])
@@ -190,11 +218,11 @@ class StoreJournal:
         self._tell("store.refused", f"a record was refused by the store: {_first_line(error)}", Severity.WARNING)
         self._note_written(0, lost=1)
 
-    def _commit(self, batch: list[Entry]) -> None:
+    def _commit(self, batch: list[tuple[Entry, int]]) -> None:
         now = self._wall()
         with Session(self._engine) as session, session.begin():
             writer = Writer(session, now)
-            for entry in batch:
+            for entry, _ in batch:
                 writer.write(entry)
 
     def _note_failure(self, error: Exception) -> None:

@@ -26,16 +26,24 @@ RELOAD_S = 5.0  # a key revoked by another process stops working after this at t
 
 
 class Role(StrEnum):
-    """Each role may do what the ones before it may."""
+    """Who a key is for. A reporter is a phone, or who speaks for phones: it sees nothing and flies nothing."""
 
+    REPORTER = "reporter"
     VIEWER = "viewer"
     OPERATOR = "operator"
     ADMIN = "admin"
 
     def allows(self, needed: "Role") -> bool:
         """Whether this role includes ``needed``."""
-        order = list(Role)
-        return order.index(self) >= order.index(needed)
+        return needed in _INCLUDES[self]
+
+
+_INCLUDES = {
+    Role.REPORTER: {Role.REPORTER},
+    Role.VIEWER: {Role.VIEWER},
+    Role.OPERATOR: {Role.REPORTER, Role.VIEWER, Role.OPERATOR},
+    Role.ADMIN: set(Role),
+}
 
 
 @dataclass(frozen=True)

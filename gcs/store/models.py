@@ -1,5 +1,5 @@
-"""Tables: campaigns, their slots, checkpoints and decisions, the audit log of events, orders with verdicts, upload
-receipts, answers kept by key, and API keys.
+"""Tables: campaigns, their slots, checkpoints, decisions and setpoints, the audit log of events, orders with verdicts,
+upload receipts, answers kept by key, and API keys.
 """
 
 from datetime import UTC, datetime
@@ -52,6 +52,7 @@ class CampaignRow(Base):
     created_by: Mapped[str] = mapped_column(Text)
     created_at: Mapped[datetime] = mapped_column(index=True)
     updated_at: Mapped[datetime]
+    places_wiped_at: Mapped[datetime | None]  # gcs.store.privacy
 
 
 class SlotRow(Base):
@@ -107,6 +108,18 @@ class DecisionRow(Base):
     campaign_id: Mapped[str] = mapped_column(String(64), index=True)
     slot: Mapped[int]
     document: Mapped[dict[str, Any]]
+    recorded_at: Mapped[datetime]
+
+
+class SetpointsRow(Base):
+    """What the UAVs were told, one entry a UAV; a slot that was taken up again has two."""
+
+    __tablename__ = "setpoints"
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    campaign_id: Mapped[str] = mapped_column(String(64), index=True)
+    slot: Mapped[int]
+    document: Mapped[list[Any]]
     recorded_at: Mapped[datetime]
 
 

@@ -8,8 +8,8 @@ from typing import Any
 from sqlalchemy import Engine, func, select
 from sqlalchemy.orm import Session
 
-from gcs.ports import Checkpoint, DecisionRecord, Severity, SlotRecord
-from gcs.store.models import CheckpointRow, CommandRow, DecisionRow, EventRow, SlotRow, UploadRow
+from gcs.ports import Checkpoint, DecisionRecord, SetpointSummary, Severity, SlotRecord
+from gcs.store.models import CheckpointRow, CommandRow, DecisionRow, EventRow, SetpointsRow, SlotRow, UploadRow
 from gcs.store.records import (
     EventRecord,
     event_record,
@@ -46,6 +46,13 @@ class Events:
         with Session(self.engine) as session:
             return [event_record(row) for row in session.scalars(query)]
 
+    def during(self, campaign_id: str, first: datetime, last: datetime, limit: int) -> Sequence[EventRecord]:
+        """All of a campaign, and what belongs to none but was recorded while it was flown, such as a latched stop."""
+        meanwhile = EventRow.campaign_id.is_(None) & EventRow.recorded_at.between(first, last)
+        query = select(EventRow).where((EventRow.campaign_id == campaign_id) | meanwhile)
+        with Session(self.engine) as session:
+            return [event_record(row) for row in session.scalars(query.order_by(EventRow.id).limit(limit))]
+
     def count(self, wanted: EventFilter) -> int:
         """How many match."""
         with Session(self.engine) as session:
@@ -69,6 +76,15 @@ def _conditions(wanted: EventFilter) -> list[Any]:
 
 
 @dataclass(frozen=True)
+class SlotTime:
+    """The end of a slot: on the flight clock of the server that flew it, and on the wall clock."""
+
+    slot: int
+    time_s: float
+    recorded_at: datetime
+
+
+@dataclass(frozen=True)
 class Slots:
     """The slots of campaigns."""
 
@@ -79,6 +95,20 @@ class Slots:
         query = select(SlotRow).where(SlotRow.campaign_id == campaign_id).order_by(SlotRow.slot)
         with Session(self.engine) as session:
             return [slot_record(row) for row in session.scalars(query)]
+
+    def part(self, campaign_id: str, first: int, limit: int) -> Sequence[SlotRecord]:
+        """At most ``limit`` slots from number ``first`` on, in order."""
+        wanted = (SlotRow.campaign_id == campaign_id) & (SlotRow.slot >= first)
+        with Session(self.engine) as session:
+            rows = session.scalars(select(SlotRow).where(wanted).order_by(SlotRow.slot).limit(limit))
+            return [slot_record(row) for row in rows]
+
+    def times(self, campaign_id: str) -> Sequence[SlotTime]:
+        """When each slot ended, in order, without reading what happened in it."""
+        columns = (SlotRow.slot, SlotRow.time_s, SlotRow.recorded_at)
+        query = select(*columns).where(SlotRow.campaign_id == campaign_id).order_by(SlotRow.slot)
+        with Session(self.engine) as session:
+            return [SlotTime(*row) for row in session.execute(query)]
 
     def progress(self, campaign_id: str) -> tuple[int, Metrics | None]:
         """The newest slot's number and the metrics so far, without reading every user; (0, None) before the start."""
@@ -105,6 +135,13 @@ class Checkpoints:
         query = select(DecisionRow.document).where(DecisionRow.campaign_id == campaign_id).order_by(DecisionRow.id)
         with Session(self.engine) as session:
             return [recorded_decision(document) for document in session.scalars(query)]
+
+    def setpoints(self, campaign_id: str) -> Sequence[tuple[int, tuple[SetpointSummary, ...]]]:
+        """(slot, a line a UAV) in the order of recording; see ports.Journal.record_setpoints."""
+        query = select(SetpointsRow).where(SetpointsRow.campaign_id == campaign_id).order_by(SetpointsRow.id)
+        with Session(self.engine) as session:
+            rows = list(session.scalars(query))
+        return [(row.slot, tuple(SetpointSummary(**line) for line in row.document)) for row in rows]
 
     def stop_latched(self) -> bool:
         """The newest word on the emergency stop of the whole fleet was to stop."""

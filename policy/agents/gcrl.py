@@ -12,12 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from policy.agents.base import Decision
+from policy.agents.base import Decision, Explanation
+from policy.agents.gcrl_tree import TreePilot
 from policy.model.checkpoint import load_evaluator
 from policy.model.evaluator import Evaluator
+from policy.model.forecast_features import HISTORY_SLOTS
+from policy.model.history import StepHistory
 from policy.model.states import STEPS, StateBatch, Units, push_step, stack_states
 from policy.search.explain import explain
 from policy.search.moves import Moves, make_moves
+from policy.search.paper_tree import TreeSettings
 from policy.search.plan import Kept, Plan
 from policy.search.planner import make_plan
 from policy.search.problem import make_problem
@@ -41,14 +45,16 @@ class GcrlSettings:
     search: SearchSettings | None = None  # None: those that suit the campaign, as receding-horizon flies
     use_value: bool = False  # at the leaves; else the closed form "AoI x slots to reach", which measures no worse
     use_prediction: bool = True  # of users; else they stay (ablation "w/o pred")
+    use_forecast: bool = True  # places and doubt as forecast for every slot of the horizon; else by f_2 and a rule:
     predicted_slots: int = 3  # asked of the network one after the other; then users are taken to stay
     blur_share: float = 0.5  # of a user's mean way a slot: how far off the first prediction may be; 0: certain
+    tree: TreeSettings | None = None  # the paper's own search instead of the beam; the rest then does not matter ...
+    next_state: str = "exact"  # ... but this: ``policy.search.next_state.NEXT_STATES``, asked by the tree
 
     @classmethod
-    def paper(cls, depth: int = 3) -> "GcrlSettings":
-        """The paper's experiments: nine actions, N = 3, learned prediction and value (Section VII-C)."""
-        search = SearchSettings(horizon_slots=depth, beam=81, rounds=2, num_headings=8, speed_shares=(1.0,))
-        return cls(search=search, use_value=True, predicted_slots=depth, blur_share=0.0)
+    def paper(cls, depth: int = 3, next_state: str = "learned") -> "GcrlSettings":
+        """The paper's experiments: nine actions, N = 3, learned next states and value, Eq. 12-14 (Section VII-C)."""
+        return cls(use_value=True, use_forecast=False, tree=TreeSettings(depth), next_state=next_state)
 
     @classmethod
     def for_training(cls, horizon_slots: int, beam: int) -> "GcrlSettings":
@@ -75,8 +81,8 @@ class GcrlAgent:
         self._search: SearchSettings
         self._moves: Moves
         self._plan: Plan | None = None
-        self._before: WorldState | None = None
-        self._steps_m: FloatArray  # [M, K, 2] as of ``_before``
+        self._pilot: TreePilot | None = None
+        self._history = StepHistory(HISTORY_SLOTS)
 
     @classmethod
     def load(cls, checkpoint: Path | str | None = None, settings: GcrlSettings | None = None) -> "GcrlAgent":
@@ -86,25 +92,45 @@ class GcrlAgent:
     def reset(self, scenario: Scenario, seed: int) -> None:
         """Tabulate the moves, and compile the search now rather than in the first slot."""
         self._scenario, self._units = scenario, Units.of(scenario)
+        tree = self._settings.tree
+        if tree is not None:
+            kind = self._settings.next_state
+            self._pilot = TreePilot(scenario, tree, kind, self._evaluator, self._units)
         self._search = self._settings.search or settings_for(scenario)
         self._moves = make_moves(scenario, self._search)
         self._forget()
-        self.decide(initial_state(scenario, np.zeros((scenario.num_users, 2))))
+        state = initial_state(scenario, np.zeros((scenario.num_users, 2)))
+        for slot in range(2):  # the second one starts from a kept plan
+            self.decide(replace(state, slot=slot))
         self._forget()
 
     def decide(self, state: WorldState) -> Decision:
         """Predict, search, fly the plan's first slot; see :meth:`_explain` for what is told beside it."""
         if self._scenario is None:
             raise RuntimeError("decide() before reset(): the agent does not know its campaign")
-        self._steps_m = self._user_steps_m(state)
-        now = stack_states([state], self._steps_m[None])
-        predicted_m = self._predict(now) if self._settings.use_prediction else None
-        blur_m = self._blur_m() if self._settings.use_prediction else None
+        self._history.see(state)
+        now = stack_states([state], self._history.steps_m[None, :, :STEPS])
+        if self._pilot is not None:
+            decision = self._pilot.decide(now)
+            told = self._explain(now, self._evaluator.predict_users(now, self._units))
+            return replace(decision, explanation={**decision.explanation, **told})
+        predicted_m, blur_m = self._users_ahead(state, now)
         problem = make_problem(self._scenario, self._moves, state, self._search, predicted_m, blur_m)
         leaf = _LeafValue(self._evaluator, self._units) if self._settings.use_value else None
         plan = make_plan(problem, self._kept(state.slot), leaf)
-        self._plan, self._before = plan, state
-        return Decision(plan.first_action, plan.value, {**explain(problem, plan), **self._explain(now, predicted_m)})
+        self._plan = plan
+        told = Explanation(lambda: {**explain(problem, plan), **self._explain(now, predicted_m)})
+        return Decision(plan.first_action, plan.value, told)
+
+    def _users_ahead(self, state: WorldState, now: StateBatch) -> tuple[FloatArray | None, FloatArray | None]:
+        """Users' places [H, M, 2] and how far off they may be [H, M]; None: they stay, for certain."""
+        settings = self._settings
+        if not settings.use_prediction:
+            return None, None
+        if not settings.use_forecast:
+            return self._predict(now), self._blur_m()
+        ahead = self._evaluator.forecast_users(state, self._history, self._units).up_to(self._search.horizon_slots)
+        return ahead.pos_enu_m, np.minimum(ahead.blur_m, MOST_BLUR * self._units.serving_radius_m)
 
     def _predict(self, now: StateBatch) -> FloatArray:
         """Users' places at the ends of the next slots [H, M, 2]: Eq. 12 applied to its own answers, then they stay."""
@@ -122,19 +148,10 @@ class GcrlAgent:
 
     def _blur_m(self) -> FloatArray:
         """How far off predictions may be [H, M]: nothing for who stands, more and more for who moves."""
-        way_m = np.mean(np.linalg.norm(self._steps_m, axis=-1), axis=1)
+        way_m = np.mean(np.linalg.norm(self._history.steps_m[:, :STEPS], axis=-1), axis=1)
         growth = 1.0 + BLUR_GROWTH * np.arange(self._search.horizon_slots)[:, None]
         blur_m = self._settings.blur_share * way_m * growth
         return np.asarray(np.minimum(blur_m, MOST_BLUR * self._units.serving_radius_m))
-
-    def _user_steps_m(self, state: WorldState) -> FloatArray:
-        """Ways of each user in the last slots [M, K, 2]; zero at the start and after a gap in what was seen."""
-        before = self._before
-        if before is None or before.slot != state.slot - 1 or before.user_pos_enu_m.shape != state.user_pos_enu_m.shape:
-            return np.zeros((state.user_pos_enu_m.shape[0], STEPS, 2))
-        known = before.user_active & state.user_active
-        step_m = np.where(known[:, None], state.user_pos_enu_m - before.user_pos_enu_m, 0.0)
-        return push_step(self._steps_m, step_m)
 
     def _kept(self, slot: int) -> Kept | None:
         if self._plan is None or not 0 < slot - self._plan.slot < self._plan.actions.shape[1]:
@@ -142,7 +159,8 @@ class GcrlAgent:
         return self._plan.shifted(slot - self._plan.slot)
 
     def _forget(self) -> None:
-        self._plan, self._before = None, None
+        self._plan = None
+        self._history.forget()
 
     def _explain(self, now: StateBatch, predicted_m: FloatArray | None) -> Mapping[str, Any]:
         """Relation weights of Eq. 11d (UAV to user, the greatest few) and users' predicted next places."""

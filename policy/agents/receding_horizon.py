@@ -1,8 +1,10 @@
 """Plans H slots ahead as if users stayed where they are, flies the first, keeps the rest (no learning)."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from policy.agents.base import Decision
+from policy.agents.base import Decision, Explanation
 from policy.search.explain import explain
 from policy.search.moves import Moves, make_moves
 from policy.search.plan import Kept, Plan
@@ -31,7 +33,9 @@ class RecedingHorizonAgent:
         self._scenario, self._plan = scenario, None
         self._settings = self._given or settings_for(scenario)
         self._moves = make_moves(scenario, self._settings)
-        self.decide(initial_state(scenario, np.zeros((scenario.num_users, 2))))
+        state = initial_state(scenario, np.zeros((scenario.num_users, 2)))
+        for slot in range(2):  # the second one starts from a kept plan
+            self.decide(replace(state, slot=slot))
         self._plan = None
 
     def decide(self, state: WorldState) -> Decision:
@@ -41,7 +45,7 @@ class RecedingHorizonAgent:
         problem = make_problem(self._scenario, self._moves, state, self._settings)
         plan = make_plan(problem, self._kept(state.slot))
         self._plan = plan
-        return Decision(plan.first_action, plan.value, explain(problem, plan))
+        return Decision(plan.first_action, plan.value, Explanation(lambda: explain(problem, plan)))
 
     def _kept(self, slot: int) -> Kept | None:
         if self._plan is None or not 0 < slot - self._plan.slot < self._plan.actions.shape[1]:

@@ -13,7 +13,7 @@ from policy.world.arrays import BoolArray, FloatArray
 from policy.world.geometry import pairwise_distance_m
 from policy.world.metrics import Metrics, campaign_metrics
 from policy.world.scenario import Scenario
-from policy.world.state import WorldState, initial_state
+from policy.world.state import JointAction, WorldState, initial_state
 from policy.world.transition import Outcome, step
 
 LAUNCH_JITTER_M = 50.0
@@ -26,6 +26,15 @@ class Places(Protocol):
 
     def positions(self, sample: int) -> FloatArray:
         """[M, 2] east, north metres."""
+
+
+class SlotPhysics(Protocol):
+    """What a slot does to UAVs, users, data and ages: the world's own transition, or a vehicle's dynamics."""
+
+    def __call__(
+        self, scenario: Scenario, state: WorldState, action: JointAction, next_user_pos_enu_m: FloatArray, /
+    ) -> tuple[WorldState, Outcome]:
+        """States without batch dimension; called slot after slot, ``state`` being the one answered last."""
 
 
 @dataclass
@@ -78,6 +87,7 @@ def fly(
     seed: int = 0,
     *,
     on_slot: Callable[[], None] | None = None,
+    physics: SlotPhysics = step,
 ) -> CampaignRecord:
     """Fly all slots of ``scenario`` with ``agent``; the agent sees users up to the present sample only."""
     agent.reset(scenario, seed)
@@ -87,7 +97,7 @@ def fly(
         begun_s = time.perf_counter()
         action = agent.decide(state).action
         record.decision_ms.append(1e3 * (time.perf_counter() - begun_s))
-        state, outcome = step(scenario, state, action, places.positions(slot + 1))
+        state, outcome = physics(scenario, state, action, places.positions(slot + 1))
         record.states.append(state)
         record.outcomes.append(outcome)
         record.heading_rad.append(np.asarray(action.heading_rad, dtype=np.float64))

@@ -24,6 +24,7 @@ from policy.world.scenario import Area, Obstacle, Scenario
 MAX_FILE_BYTES = 4_000_000
 DEFAULT_WALKERS = 50
 DEFAULT_LIVE_USERS = 100
+SHIPPED_MODELS = Path(__file__).resolve().parents[1] / "checkpoints"
 
 
 def load_mission(path_or_name: str | Path) -> Mission:
@@ -162,12 +163,12 @@ def _check_policy(name: str, source: Source) -> None:
 
 
 def _checkpoint(name: str | None, directory: Path | None, source: Source) -> str | None:
-    """Beside the mission file, else as given; a file that is missing is found out now, not in flight."""
+    """Beside the mission file, as given, or a model that ships; a missing file is found out now, not in flight."""
     if name is None:
         return None
     beside = directory / name if directory is not None else Path(name)
     try:
-        found = next((path for path in (beside, Path(name)) if path.exists()), None)
+        found = next((path for path in (beside, Path(name), SHIPPED_MODELS / name) if path.exists()), None)
     except (OSError, ValueError):
         found = None
     if found is None:

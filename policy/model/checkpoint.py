@@ -4,7 +4,6 @@ A trained folder holds ``checkpoint.safetensors``, ``model.onnx`` and ``card.jso
 its own names in ``policy/checkpoints``. Flying needs the graph and its card, training the weights.
 """
 
-import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,9 +12,10 @@ from typing import Any
 
 from policy.model.checkpoint_error import CheckpointError
 from policy.model.evaluator import NetworkEvaluator
+from policy.model.files import SHIPPED, check_digest
+from policy.model.forecast_file import DEFAULT_FORECAST, FORECAST_NAME, load_forecaster
 from policy.model.onnx_runner import OnnxRunner
 
-SHIPPED = Path(__file__).resolve().parent.parent / "checkpoints"
 DEFAULT_NAME = "gcrl-default"
 
 
@@ -67,20 +67,14 @@ def read_card(files: CheckpointFiles) -> Mapping[str, Any]:
     return card
 
 
-def load_evaluator(path: Path | str | None = None) -> NetworkEvaluator:
-    """The exported network behind a checkpoint, checked against its card; CheckpointError otherwise."""
+def load_evaluator(path: Path | str | None = None, forecast: Path | None = None) -> NetworkEvaluator:
+    """The exported network behind a checkpoint, checked against its card; CheckpointError otherwise.
+
+    With it comes the forecast of users' places: ``forecast``, else the folder's own ``forecast.safetensors``, else the
+    shipped one.
+    """
     files = find_checkpoint(path)
     runner = OnnxRunner(files.graph)
     check_digest(files.graph, read_card(files)["sha256"].get("onnx"))
-    return NetworkEvaluator(runner)
-
-
-def check_digest(path: Path, expected: object) -> None:
-    """Raise CheckpointError unless the file is the one that its card was written for."""
-    if sha256(path) != expected:
-        raise CheckpointError(f"{path}: differs from what its model card says (sha256); copy both again")
-
-
-def sha256(path: Path) -> str:
-    """Hexadecimal digest of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    own = files.graph.with_name(FORECAST_NAME)
+    return NetworkEvaluator(runner, load_forecaster(forecast or (own if own.is_file() else DEFAULT_FORECAST)))

@@ -5,9 +5,12 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from policy.model.features import AOI_SCALE_SLOTS, Features, Float32Array, action_features, make_features
+from policy.model.forecast import Forecaster, UserForecast
+from policy.model.history import StepHistory
 from policy.model.spec import ModelSpec
 from policy.model.states import StateBatch, Units, push_step
 from policy.world.arrays import FloatArray
+from policy.world.state import WorldState
 
 
 class RawOutputs(NamedTuple):
@@ -45,6 +48,9 @@ class Evaluator(Protocol):
     def relations(self, states: StateBatch, units: Units) -> FloatArray:
         """How much each UAV attends to each user [B, U, M], Eq. 11d."""
 
+    def forecast_users(self, state: WorldState, history: StepHistory, units: Units) -> UserForecast:
+        """Users' places in each of the next slots and how far off they may be, from ``state`` without batch."""
+
 
 class NetworkEvaluator:
     """Features in, real units out, around a :class:`Runner`.
@@ -53,8 +59,8 @@ class NetworkEvaluator:
     Eq. 8 alone the discounted reward ahead is c_AoI (mean kappa_t + (1 - gamma) value): the same order of states.
     """
 
-    def __init__(self, runner: Runner) -> None:
-        self._runner = runner
+    def __init__(self, runner: Runner, forecaster: Forecaster | None = None) -> None:
+        self._runner, self._forecaster = runner, forecaster
         self.spec = runner.spec
 
     def value(self, states: StateBatch, units: Units) -> FloatArray:
@@ -77,6 +83,12 @@ class NetworkEvaluator:
     def relations(self, states: StateBatch, units: Units) -> FloatArray:
         """[B, U, M]; what a UAV gives to other UAVs and itself is the rest to one."""
         return self._run(states, units).relations.astype(np.float64)
+
+    def forecast_users(self, state: WorldState, history: StepHistory, units: Units) -> UserForecast:
+        """By the forecaster given; ValueError where there is none."""
+        if self._forecaster is None:
+            raise ValueError("this evaluator was made without a forecaster: give one, or use_forecast=False")
+        return self._forecaster.forecast(state, history, units.walk_m)
 
     def _run(self, states: StateBatch, units: Units, vel_command_mps: FloatArray | None = None) -> RawOutputs:
         command = np.zeros_like(states.uav_vel_enu_mps) if vel_command_mps is None else vel_command_mps

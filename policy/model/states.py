@@ -91,4 +91,4 @@ def push_step(user_steps_m: FloatArray, step_m: FloatArray) -> FloatArray:
 
 
 def _later(step_m: FloatArray, slots: int) -> FloatArray:
-    return np.concatenate((np.zeros_like(step_m[:slots]), step_m[: step_m.shape[0] - slots]), axis=0)
+    return np.concatenate((np.zeros_like(step_m[:slots]), step_m[: max(0, step_m.shape[0] - slots)]), axis=0)

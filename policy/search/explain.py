@@ -26,7 +26,7 @@ def _uav(problem: Problem, plan: Plan, uav: int) -> dict[str, Any]:
     actions, flown = problem.moves.actions, plan.first_action
     return {
         "uav": uav,
-        **_shown(float(flown.heading_rad[uav]), float(flown.speed_mps[uav])),
+        **shown(float(flown.heading_rad[uav]), float(flown.speed_mps[uav])),
         "path_enu_m": [[round(float(east), 1), round(float(north), 1)] for east, north in plan.path_enu_m[uav]],
         "alternatives": [_alternative(actions, other, plan.value) for other in plan.alternatives[uav]],
     }
@@ -37,8 +37,9 @@ def _alternative(actions: ActionSet, other: Alternative, best: float) -> dict[st
 
 
 def _move(actions: ActionSet, action: int) -> dict[str, float]:
-    return _shown(float(actions.heading_rad[action]), float(actions.speed_mps[action]))
+    return shown(float(actions.heading_rad[action]), float(actions.speed_mps[action]))
 
 
-def _shown(heading_rad: float, speed_mps: float) -> dict[str, float]:
+def shown(heading_rad: float, speed_mps: float) -> dict[str, float]:
+    """A command in the units that people read."""
     return {"heading_deg": round(math.degrees(heading_rad), 3), "speed_mps": speed_mps}

@@ -34,10 +34,11 @@ class Scene(NamedTuple):
 
 
 class Trail(NamedTuple):
-    """A path to keep, open from ``length`` on. Places need not be ones that the moves lead to (ideal motion)."""
+    """A path to keep, open from ``length`` on. Places and velocities need not be ones that the moves lead to."""
 
     path_m: FloatArray  # [H, 2]
-    action: IntArray  # [H] the nearest command
+    vel_mps: FloatArray  # [H, 2] at the end of each slot; means nothing with the paper's motion
+    action: IntArray  # [H] the command nearest to it
     length: int
 
 
@@ -87,7 +88,7 @@ def search(scene: Scene, start: Start, trail: Trail, others_gap_m: Float32Array)
     for depth in range(horizon):
         crowd = _crowd(users, depth, others_gap_m[depth])
         leaf_price = discount * prices.discount * (prices.end if depth + 1 == horizon else prices.leaf)
-        children = _expand(scene, start, layer, crowd, trail, (depth, discount, leaf_price))
+        children = _expand(scene, start, layer, crowd, trail, (depth, discount, leaf_price), on_trail)
         discount *= prices.discount
         last = children.rank.size - 1
         kept_first = NO_MOVE
@@ -156,7 +157,13 @@ def _crowd(users: Users, depth: int, others_gap_m: Float32Array) -> Float32Array
 
 @compiled
 def _expand(
-    scene: Scene, start: Start, layer: Layer, crowd: Float32Array, trail: Trail, when: tuple[int, float, float]
+    scene: Scene,
+    start: Start,
+    layer: Layer,
+    crowd: Float32Array,
+    trail: Trail,
+    when: tuple[int, float, float],
+    on_trail: bool,
 ) -> Children:
     """All moves of all nodes; ``when``: depth, its discount and what a metre to go costs in the leaf."""
     depth, discount, leaf_price = when
@@ -176,6 +183,9 @@ def _expand(
             legal[0] = legal[0] or not np.any(legal)
         else:
             legal[:] = _legal(scene, start, place, last)
+        is_beside = scene.effort.free_places and scene.effort.by_velocity  # the trail's velocity is none of the table's
+        if is_beside and on_trail and node == 0 and 0 < depth <= trail.length:
+            step_m = _steps_from(scene.table, trail.vel_mps[depth - 1], legal)
         for action in range(num_actions):
             if legal[action]:
                 child = node * num_actions + action
@@ -188,13 +198,29 @@ def _expand(
             child = nodes * num_actions
             east, north = trail.path_m[depth, 0], trail.path_m[depth, 1]
             spent_j = energy_j[trail.action[depth]]
-            if not scene.effort.by_velocity:
+            if scene.effort.free_places:
                 spent_j = _cruise_j(scene.table, np.hypot(east - place[0], north - place[1]))
             age, wait, covered = _outlook(crowd, waiting, np.float32(east), np.float32(north))
             pos_m[child, 0], pos_m[child, 1] = east, north
             cost[child] = so_far + discount * (age - cover * covered + energy * spent_j)
             leaf[child] = leaf_price * wait
     return Children(cost, leaf, cost + leaf, pos_m)
+
+
+@compiled
+def _steps_from(table: MoveTable, vel_mps: FloatArray, legal: BoolArray) -> FloatArray:
+    """Displacements [A, 2] from a velocity that is none of the table's (policy.world.motion.displacement_m); strikes
+    the moves that cannot be reached in a slot.
+    """
+    num_actions = legal.size
+    step_m = np.zeros((num_actions, 2))
+    for action in range(num_actions):
+        d_e, d_n = table.vel_mps[action, 0] - vel_mps[0], table.vel_mps[action, 1] - vel_mps[1]
+        change_s = np.sqrt(d_e * d_e + d_n * d_n) / table.max_accel_mps2
+        step_m[action, 0] = table.vel_mps[action, 0] * table.slot_s - 0.5 * change_s * d_e
+        step_m[action, 1] = table.vel_mps[action, 1] * table.slot_s - 0.5 * change_s * d_n
+        legal[action] = legal[action] and (action == 0 or change_s <= table.slot_s)
+    return step_m
 
 
 @compiled

@@ -44,6 +44,9 @@ class MoveTable(NamedTuple):
     points_m: FloatArray  # [A, A, P, 2] relative to the start
     cruise_j: FloatArray  # [C] of a slot at a steady speed that covers 0, 1, 2 .. x cruise_step_m
     cruise_step_m: float
+    vel_mps: FloatArray  # [A, 2] commanded
+    max_accel_mps2: float
+    slot_s: float
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,19 @@ def make_moves(scenario: Scenario, settings: SearchSettings) -> Moves:
     reachable = change_time_s(vel[:, None, :], vel[None, :, :], scenario.max_accel_mps2) <= scenario.slot_s
     reachable[:, 0] = True  # braking always is, by the choice of the fastest move
     box_m = np.concatenate((points_m.min(axis=-2), points_m.max(axis=-2)), axis=-1)
-    table = MoveTable(step_m, energy_j, reachable, box_m, points_m, *_cruise(scenario))
+    cruise_j, cruise_step_m = _cruise(scenario)
+    table = MoveTable(
+        step_m=step_m,
+        energy_j=energy_j,
+        reachable=reachable,
+        box_m=box_m,
+        points_m=points_m,
+        cruise_j=cruise_j,
+        cruise_step_m=cruise_step_m,
+        vel_mps=vel,
+        max_accel_mps2=float(scenario.max_accel_mps2),
+        slot_s=float(scenario.slot_s),
+    )
     return Moves(actions, table, make_walls(scenario), scenario.serving_radius_m)
 
 

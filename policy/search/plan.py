@@ -23,13 +23,13 @@ class Kept:
 
     actions: IntArray  # [U, >= 1] indices into the search's ActionSet
     path_enu_m: FloatArray  # [U, >= 1, 2] at the end of each slot
-    start_enu_m: FloatArray  # [U, 2] where the UAVs were to be now
+    vel_enu_mps: FloatArray  # [U, >= 1, 2] at the end of each slot
 
     def without(self, uav: int) -> "Kept":
         """The same with one UAV's plan thrown away."""
         actions = self.actions.copy()
         actions[uav] = NO_MOVE
-        return Kept(actions, self.path_enu_m, self.start_enu_m)
+        return Kept(actions, self.path_enu_m, self.vel_enu_mps)
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class Plan:
 
     slot: int  # the first slot planned
     actions: IntArray  # [U, H] indices into the search's ActionSet; polished places: the command nearest to them
-    start_enu_m: FloatArray  # [U, 2]
     path_enu_m: FloatArray  # [U, H, 2] at the end of each slot
+    vel_enu_mps: FloatArray  # [U, H, 2] at the end of each slot; the paper's motion: of the way to it
     first_action: JointAction  # what to fly now
     value: float
     kept_value: float | None  # of the plan kept from the slot before, completed as well as can be; None: no plan kept
@@ -55,5 +55,5 @@ class Plan:
         gone = self.actions.shape[1] - left.shape[1]
         open_ = np.full((left.shape[0], gone), NO_MOVE, dtype=np.int64)
         rest_m = np.concatenate((self.path_enu_m[:, slots:], np.repeat(self.path_enu_m[:, -1:], gone, axis=1)), axis=1)
-        start_m = self.path_enu_m[:, min(slots, self.path_enu_m.shape[1]) - 1] if slots else self.start_enu_m
-        return Kept(np.concatenate((left, open_), axis=1), rest_m, start_m)
+        vel = np.concatenate((self.vel_enu_mps[:, slots:], np.repeat(self.vel_enu_mps[:, -1:], gone, axis=1)), axis=1)
+        return Kept(np.concatenate((left, open_), axis=1), rest_m, vel)

@@ -3,10 +3,11 @@
 All plans share one price, so a UAV's new plan is taken only when the whole fleet is better off, and each slot starts
 from the plans kept from the slot before: plans never get worse while users' places do not surprise. One UAV at a
 time gets stuck where two would have to change together, so a slot also tries what comes of throwing one UAV's plan
-away: the others close the gap first, then it is planned anew. Linear in U, where joint actions cost A^U. With the
-paper's motion every candidate is polished (``policy.search.polish``) before plans are compared.
+away: the others close the gap first, then it is planned anew. Linear in U, where joint actions cost A^U. Every
+candidate is polished (``policy.search.polish``) before plans are compared.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,15 +15,14 @@ import numpy as np
 from policy.search.kernel import NO_MOVE, Beam, Scene, Trail, follow, gaps_m, search
 from policy.search.leaf import LeafValue, leaf_states
 from policy.search.plan import Alternative, Kept, Plan
-from policy.search.polish import joint_price, polish
+from policy.search.polish import Legs, Paths, cruise, joint_price, keep_up, polish, ways_j
 from policy.search.problem import Float32Array, Problem
 from policy.world.arrays import FloatArray, IntArray
 from policy.world.frames import heading_rad
+from policy.world.scenario import Scenario
 from policy.world.state import JointAction
 
 ALTERNATIVES = 3
-OFF_COURSE_M = 0.1
-"""A UAV farther from where its plan began is no longer on it."""
 
 
 @dataclass
@@ -31,12 +31,13 @@ class _Draft:
 
     actions: IntArray  # [U, H]
     path_m: FloatArray  # [U, H, 2]
+    vel_mps: FloatArray  # [U, H, 2] at the end of each slot
     length: IntArray  # [U] slots planned; the rest is open
     gap_m: Float32Array
 
     def trail(self, uav: int) -> Trail:
         """One UAV's plan as the kernel keeps it."""
-        return Trail(self.path_m[uav], self.actions[uav], int(self.length[uav]))
+        return Trail(self.path_m[uav], self.vel_mps[uav], self.actions[uav], int(self.length[uav]))
 
 
 def make_plan(problem: Problem, incumbent: Kept | None = None, leaf: LeafValue | None = None) -> Plan:
@@ -79,7 +80,8 @@ def _improve(problem: Problem, incumbent: Kept | None, order: list[int], leaf: L
         alternatives[uav] = _alternatives(beam, prices, best)
         stays = draft.length[uav] == problem.horizon_slots and np.array_equal(draft.path_m[uav], beam.path_m[best])
         settled = settled + 1 if stays else 1
-        _adopt(problem, draft, uav, beam.actions[best], beam.path_m[best])
+        vel_mps = _velocities(problem, draft, uav, beam.actions[best], beam.path_m[best])
+        _adopt(problem, draft, uav, beam.actions[best], beam.path_m[best], vel_mps)
     _polish(problem, draft)
     return _finished(problem, draft, leaf, kept_value, tuple(alternatives))
 
@@ -94,30 +96,51 @@ def _finished(
     state, planned = problem.state, problem.planned
     actions = np.where(state.uav_active[:, None], draft.actions, 0)
     path_m = np.where(state.uav_active[:, None, None], draft.path_m, state.uav_pos_enu_m[:, None])
+    vel_mps = np.where(state.uav_active[:, None, None], draft.vel_mps, 0.0)
     return Plan(
         slot=state.slot,
         actions=actions,
-        start_enu_m=np.array(state.uav_pos_enu_m, dtype=np.float64),
         path_enu_m=path_m,
-        first_action=_first_action(problem, actions, path_m),
+        vel_enu_mps=vel_mps,
+        first_action=_first_action(problem, actions, path_m, vel_mps),
         value=_value(problem, actions, path_m, leaf) if planned.size else 0.0,
         kept_value=kept_value,
         alternatives=alternatives,
     )
 
 
-def _first_action(problem: Problem, actions: IntArray, path_m: FloatArray) -> JointAction:
-    """The commands of the table, or, where places are free, the way in a slot, no faster than allowed."""
+def _first_action(problem: Problem, actions: IntArray, path_m: FloatArray, vel_mps: FloatArray) -> JointAction:
+    """The commands of the table, or, where places are free, those that fly the first leg."""
     table, first, scenario = problem.moves.actions, actions[:, 0], problem.scenario
     if not problem.is_polished:
         return JointAction(table.heading_rad[first], table.speed_mps[first])
-    vel = (path_m[:, 0] - problem.state.uav_pos_enu_m) / scenario.slot_s
-    return JointAction(heading_rad(vel), np.minimum(np.hypot(vel[:, 0], vel[:, 1]), scenario.max_speed_mps))
+    if math.isinf(scenario.max_accel_mps2):
+        vel = (path_m[:, 0] - problem.state.uav_pos_enu_m) / scenario.slot_s
+        return JointAction(heading_rad(vel), np.minimum(np.hypot(vel[:, 0], vel[:, 1]), scenario.max_speed_mps))
+    vel, end = table.vel_enu_mps[first], table.vel_enu_mps[first].copy()
+    for uav in problem.planned:
+        ends = problem.start_m[uav], problem.start_mps[uav], path_m[uav, 0], vel_mps[uav, 0]
+        east, north, found = cruise(_legs(scenario), *(_pair(place) for place in ends))
+        if found:  # else the table's command, by which the search came here
+            vel[uav], end[uav] = (east, north), vel_mps[uav, 0]
+    speed_mps, end_mps = (np.minimum(np.hypot(v[:, 0], v[:, 1]), scenario.max_speed_mps) for v in (vel, end))
+    return JointAction(heading_rad(vel), speed_mps, heading_rad(end), end_mps)
+
+
+def _pair(vector: FloatArray) -> tuple[float, float]:
+    return float(vector[0]), float(vector[1])
+
+
+def _legs(scenario: Scenario) -> Legs:
+    return Legs(float(scenario.slot_s), float(scenario.max_speed_mps), float(scenario.max_accel_mps2))
 
 
 def _value(problem: Problem, actions: IntArray, path_m: FloatArray, leaf: LeafValue | None) -> float:
     """The fleet's price, all UAVs' energy included."""
-    energy_j = np.sum([_energy_j(problem, int(uav), actions, path_m) for uav in problem.planned], axis=0)
+    if problem.is_polished:
+        energy_j = ways_j(_scene(problem), problem.start_m, path_m, problem.planned)
+    else:
+        energy_j = np.sum([_energy_j(problem, int(uav), actions) for uav in problem.planned], axis=0)
     cost, after, aoi = joint_price(_scene(problem), path_m, energy_j, problem.planned)
     if leaf is None or problem.prices.end == 0.0:
         return float(cost + after)
@@ -127,16 +150,11 @@ def _value(problem: Problem, actions: IntArray, path_m: FloatArray, leaf: LeafVa
     return float(cost + problem.prices.discount**problem.horizon_slots * learned[0])
 
 
-def _energy_j(problem: Problem, uav: int, actions: IntArray, path_m: FloatArray) -> FloatArray:
-    """What one UAV's plan spends in each slot [H]: by its commands, or by the ways between free places."""
-    if not problem.is_polished:
-        start = problem.starts[uav]
-        before = np.concatenate(([start.allowed.shape[1]], actions[uav, :-1]))
-        return np.asarray(start.energy_j[before[: actions.shape[1]], actions[uav]])
-    table = problem.moves.table
-    ways = np.diff(np.concatenate((problem.state.uav_pos_enu_m[uav, None], path_m[uav])), axis=0)
-    at_m = table.cruise_step_m * np.arange(table.cruise_j.size)
-    return np.asarray(np.interp(np.hypot(ways[:, 0], ways[:, 1]), at_m, table.cruise_j))
+def _energy_j(problem: Problem, uav: int, actions: IntArray) -> FloatArray:
+    """What one UAV's plan spends in each slot by its commands [H]."""
+    start = problem.starts[uav]
+    before = np.concatenate(([start.allowed.shape[1]], actions[uav, :-1]))
+    return np.asarray(start.energy_j[before[: actions.shape[1]], actions[uav]])
 
 
 def _draft(problem: Problem, incumbent: Kept | None) -> _Draft:
@@ -144,6 +162,7 @@ def _draft(problem: Problem, incumbent: Kept | None) -> _Draft:
     draft = _Draft(
         actions=np.full((num_uavs, horizon), NO_MOVE, dtype=np.int64),
         path_m=np.repeat(np.asarray(problem.state.uav_pos_enu_m, dtype=np.float64)[:, None, :], horizon, axis=1),
+        vel_mps=np.zeros((num_uavs, horizon, 2)),
         length=np.zeros(num_uavs, dtype=np.int64),
         gap_m=np.full((num_uavs, *problem.users.east_m.shape), np.inf, dtype=np.float32),
     )
@@ -162,18 +181,31 @@ def _take_up(problem: Problem, draft: _Draft, kept: Kept, uav: int) -> None:
     horizon = problem.horizon_slots
     actions = kept.actions[uav, :horizon]
     length = int(np.argmax(np.append(actions, NO_MOVE) == NO_MOVE))
-    off_m = np.linalg.norm(kept.start_enu_m[uav] - problem.state.uav_pos_enu_m[uav])
-    if length == 0 or (problem.is_polished and off_m > OFF_COURSE_M):
+    if length == 0:
         return
     padded = np.concatenate((actions[:length], np.full(horizon - length, NO_MOVE, dtype=np.int64)))
     if problem.is_polished:
-        path_m = np.repeat(kept.path_enu_m[uav, length - 1 : length], horizon, axis=0)
-        path_m[:length] = kept.path_enu_m[uav, :length]
+        path_m, vel_mps = draft.path_m[uav].copy(), draft.vel_mps[uav].copy()
+        path_m[:length], vel_mps[:length] = kept.path_enu_m[uav, :length], kept.vel_enu_mps[uav, :length]
+        now = problem.start_m[uav], problem.start_mps[uav]
+        length = keep_up(problem.moves.walls, _legs(problem.scenario), *now, path_m, vel_mps, length)
+        path_m[length:] = path_m[length - 1] if length else problem.state.uav_pos_enu_m[uav]
+        padded[length:] = NO_MOVE
         flown = np.where(padded == NO_MOVE, 0, padded)
     else:
         flown, path_m = follow(_scene(problem), problem.starts[uav], padded)
-    _adopt(problem, draft, uav, flown, path_m)
+        vel_mps = problem.moves.actions.vel_enu_mps[flown]
+    _adopt(problem, draft, uav, flown, path_m, vel_mps)
     draft.length[uav] = length  # its open end stays open for the search to fill
+
+
+def _velocities(problem: Problem, draft: _Draft, uav: int, actions: IntArray, path_m: FloatArray) -> FloatArray:
+    """At the ends of a found path's slots [H, 2]: the kept path's as far as it is that, then the commands'."""
+    vel = problem.moves.actions.vel_enu_mps[actions]
+    if math.isinf(problem.scenario.max_accel_mps2):
+        return vel
+    on_trail = np.all(path_m == draft.path_m[uav], axis=-1) & (np.arange(len(actions)) < draft.length[uav])
+    return np.where(np.logical_and.accumulate(on_trail)[:, None], draft.vel_mps[uav], vel)
 
 
 def _search_one(problem: Problem, draft: _Draft, uav: int) -> Beam:
@@ -191,8 +223,11 @@ def _prices(problem: Problem, draft: _Draft, beam: Beam, uav: int, leaf: LeafVal
     return beam.cost + problem.prices.discount**problem.horizon_slots * np.asarray(after, dtype=np.float64)
 
 
-def _adopt(problem: Problem, draft: _Draft, uav: int, actions: IntArray, path_m: FloatArray) -> None:
-    draft.actions[uav], draft.path_m[uav], draft.length[uav] = actions, path_m, problem.horizon_slots
+def _adopt(
+    problem: Problem, draft: _Draft, uav: int, actions: IntArray, path_m: FloatArray, vel_mps: FloatArray
+) -> None:
+    draft.actions[uav], draft.path_m[uav], draft.vel_mps[uav] = actions, path_m, vel_mps
+    draft.length[uav] = problem.horizon_slots
     draft.gap_m[uav] = gaps_m(problem.users, path_m)
 
 
@@ -200,9 +235,8 @@ def _polish(problem: Problem, draft: _Draft) -> None:
     """Places between the moves, and the commands nearest to the ways between them."""
     if not problem.is_polished or problem.users.aoi_slots.size == 0:
         return
-    scenario, start_m = problem.scenario, np.asarray(problem.state.uav_pos_enu_m, dtype=np.float64)
-    reach_m = scenario.max_speed_mps * scenario.slot_s
-    polish(_scene(problem), start_m, draft.path_m, problem.planned, reach_m, problem.settings.polish_sweeps)
+    paths = Paths(problem.start_m, problem.start_mps, draft.path_m, draft.vel_mps)
+    polish(_scene(problem), paths, problem.planned, _legs(problem.scenario), problem.settings.polish_sweeps)
 
 
 def _alternatives(beam: Beam, prices: FloatArray, best: int) -> tuple[Alternative, ...]:

@@ -1,9 +1,14 @@
 """Plans between the moves of the table: each place of each path is shifted, alone or with its neighbours, to where the
-whole fleet's price is least (the paper's motion only, where a slot's way is any within reach).
+whole fleet's price is least.
 
 The expected AoI of a user obeys a' = 1 + m a with m the chance to be missed in the slot (Eq. 4), so the price of all
 that follows a slot is linear in its ages. One pass backward gives those slopes, one pass forward shifts the places:
 exact coordinate descent, for the cost of one sum over users a place tried.
+
+A slot's way is a *leg*: from a place and velocity, at one cruising velocity, into the place and velocity at which it
+ends (``policy.world.motion.slot_motion``). Legs meet at a place and its velocity only, so with inertia too a shift
+concerns no more than the legs beside it. A turn is best shared by the two: what it costs in ground goes with the
+square of each part.
 """
 
 from typing import NamedTuple
@@ -23,6 +28,13 @@ DIRECTIONS = 10
 GOLDEN_RAD = 2.399963229728653
 """Turns each ring's directions so that no two slots and sweeps try the same ones."""
 LEAST_GAIN = 1e-7
+NEWTON_STEPS = 8
+NOT_FLYABLE, AS_IT_IS, TURNS_SHARED = range(3)
+"""How a shifted block can be flown: not, with its velocities as they are, or with those that share its turns."""
+CHORDS = 8
+"""Of a parabola: at 4.5 m/s2 and 8 s they leave it by 0.6 m."""
+LEG_MISS_M = 0.01
+"""A leg ends this near to where it is to end."""
 
 
 EAST, NORTH, INNER, FADE, OTHERS, PER_SLOT, PER_SLOT_METRE = range(7)
@@ -40,9 +52,27 @@ def _rings() -> FloatArray:
 OFFSETS_M = _rings()
 
 
+class Legs(NamedTuple):
+    """What a vehicle can do in a slot."""
+
+    slot_s: float
+    max_speed_mps: float
+    max_accel_mps2: float  # infinite: the paper's motion, velocities mean nothing
+
+
+class Paths(NamedTuple):
+    """Where U UAVs are now and at the end of each slot, and how fast."""
+
+    start_m: FloatArray  # [U, 2]
+    start_mps: FloatArray  # [U, 2]
+    place_m: FloatArray  # [U, H, 2]
+    vel_mps: FloatArray  # [U, H, 2]
+
+
 @compiled
-def polish(scene: Scene, start_m: FloatArray, path_m: FloatArray, order: IntArray, reach_m: float, sweeps: int) -> None:
-    """Improve ``path_m`` [U, H, 2] in place for the UAVs in ``order``; others stay. ``start_m`` [U, 2]."""
+def polish(scene: Scene, paths: Paths, order: IntArray, legs: Legs, sweeps: int) -> None:
+    """Improve ``paths`` in place for the UAVs in ``order``; others stay."""
+    path_m = paths.place_m
     gap_m = np.full((path_m.shape[0], *scene.users.east_m.shape), np.float32(np.inf), np.float32)
     for uav in order:
         for depth in range(path_m.shape[1]):
@@ -53,7 +83,22 @@ def polish(scene: Scene, start_m: FloatArray, path_m: FloatArray, order: IntArra
             for other in order:
                 if other != uav:
                     others = np.minimum(others, gap_m[other])
-            _sweep(scene, Around(start_m[uav], others, reach_m), path_m[uav], gap_m[uav], sweep)
+            around = Around(paths.start_m[uav], paths.start_mps[uav], paths.vel_mps[uav], others, legs)
+            _sweep(scene, around, path_m[uav], gap_m[uav], sweep)
+
+
+@compiled
+def ways_j(scene: Scene, start_m: FloatArray, path_m: FloatArray, order: IntArray) -> FloatArray:
+    """What UAVs on free places spend in each slot together [H]: steady flight over the ways between them."""
+    energy_j = np.zeros(path_m.shape[1])
+    for uav in order:
+        east, north = start_m[uav, 0], start_m[uav, 1]
+        for depth in range(path_m.shape[1]):
+            d_e, d_n = path_m[uav, depth, 0] - east, path_m[uav, depth, 1] - north
+            way_m = np.sqrt(d_e * d_e + d_n * d_n)
+            energy_j[depth] += _cruise_j(scene.table.cruise_j, scene.table.cruise_step_m, way_m)
+            east, north = path_m[uav, depth, 0], path_m[uav, depth, 1]
+    return energy_j
 
 
 @compiled
@@ -101,8 +146,10 @@ class Around(NamedTuple):
     """What one UAV's path is tried in."""
 
     start_m: FloatArray  # [2]
+    start_mps: FloatArray  # [2]
+    vel_mps: FloatArray  # [H, 2] at the slots' ends, shifted with the places
     others_gap_m: Float32Array  # [H, N]
-    reach_m: float
+    legs: Legs
 
 
 @compiled
@@ -114,6 +161,8 @@ def _sweep(scene: Scene, around: Around, path_m: FloatArray, own_gap_m: Float32A
     aoi = users.aoi_slots.copy()
     for depth in range(horizon):
         last = min(depth + sweep % 2, horizon - 1)
+        if around.legs.max_accel_mps2 < np.inf:
+            _share_turns(scene.walls, around, path_m, depth)
         _shift(scene, around, path_m, (depth, last, sweep), aoi, slope[last])
         for slot in range(depth, last + 1):
             _gaps(users, slot, path_m[slot, 0], path_m[slot, 1], own_gap_m[slot])
@@ -148,20 +197,19 @@ def _shift(
     cos, sin = np.cos(turn), np.sin(turn)
     ends = _ends(around, path_m, depth, last)
     bounds = _bounds(scene.walls, path_m[depth : last + 1])
-    obstacles, cruise_j, cruise_step_m = scene.walls.box_m.shape[0], scene.table.cruise_j, scene.table.cruise_step_m
+    cruise_j, cruise_step_m = scene.table.cruise_j, scene.table.cruise_step_m
     energy_price = discount * prices.energy
+    reach_2 = (around.legs.max_speed_mps * around.legs.slot_s) ** 2
     e_0, n_0, e_1, n_1 = path_m[depth, 0], path_m[depth, 1], path_m[last, 0], path_m[last, 1]
-    best, best_e, best_n = np.inf, 0.0, 0.0
+    best, best_e, best_n, best_manner = np.inf, 0.0, 0.0, AS_IT_IS
     for trial in range(-1, OFFSETS_M.shape[0]):
         d_e, d_n = 0.0, 0.0
         if trial >= 0:
             d_e = cos * OFFSETS_M[trial, 0] + sin * OFFSETS_M[trial, 1]
             d_n = cos * OFFSETS_M[trial, 1] - sin * OFFSETS_M[trial, 0]
-            if d_e < bounds[0] or d_e > bounds[1] or d_n < bounds[2] or d_n > bounds[3]:
-                continue
         in_2 = (e_0 + d_e - ends[0]) ** 2 + (n_0 + d_n - ends[1]) ** 2
         out_2 = (e_1 + d_e - ends[2]) ** 2 + (n_1 + d_n - ends[3]) ** 2 if ends[4] > 0.0 else 0.0
-        if trial >= 0 and max(in_2, out_2) > around.reach_m * around.reach_m:
+        if trial >= 0 and (max(in_2, out_2) > reach_2 or not _within(bounds, d_e, d_n)):
             continue
         if last == depth:
             price = _price_one(then, aoi, cover, np.float32(e_1 + d_e), np.float32(n_1 + d_n))
@@ -172,11 +220,254 @@ def _shift(
             price += energy_price * _cruise_j(cruise_j, cruise_step_m, np.sqrt(in_2))
             price += energy_price * _cruise_j(cruise_j, cruise_step_m, np.sqrt(out_2)) if ends[4] > 0.0 else 0.0
         if price < best - LEAST_GAIN:
-            if trial >= 0 and obstacles > 0 and not _clear(scene.walls, ends, path_m[depth : last + 1], (d_e, d_n)):
-                continue
-            best, best_e, best_n = price, d_e, d_n
+            manner = AS_IT_IS if trial < 0 else _manner(scene.walls, around, path_m, (depth, last), (d_e, d_n))
+            if manner != NOT_FLYABLE:
+                best, best_e, best_n, best_manner = price, d_e, d_n, manner
     path_m[depth : last + 1, 0] += best_e
     path_m[depth : last + 1, 1] += best_n
+    if best_manner == TURNS_SHARED:
+        for slot in range(depth, last + 1):
+            around.vel_mps[slot] = _shared_turn(around, path_m, slot, (0, -1), (0.0, 0.0))
+
+
+@compiled
+def _within(bounds: tuple[float, float, float, float], d_e: float, d_n: float) -> bool:
+    return bounds[0] <= d_e <= bounds[1] and bounds[2] <= d_n <= bounds[3]
+
+
+@compiled
+def _manner(walls: Walls, around: Around, path_m: FloatArray, block: tuple[int, int], by_m: tuple[float, float]) -> int:
+    """How a shifted block can be flown, if at all; ways within reach of the paper's motion need no more than room."""
+    if around.legs.max_accel_mps2 == np.inf:
+        is_open = walls.box_m.shape[0] == 0
+        return AS_IT_IS if is_open or _flyable(walls, around, path_m, block, by_m, False) else NOT_FLYABLE
+    if _flyable(walls, around, path_m, block, by_m, True):
+        return TURNS_SHARED
+    return AS_IT_IS if _flyable(walls, around, path_m, block, by_m, False) else NOT_FLYABLE
+
+
+@compiled
+def _place(
+    around: Around, path_m: FloatArray, slot: int, block: tuple[int, int], by_m: tuple[float, float]
+) -> tuple[float, float]:
+    """The place at the end of a slot (-1: now) when those of a block are shifted."""
+    if slot < 0:
+        return around.start_m[0], around.start_m[1]
+    if block[0] <= slot <= block[1]:
+        return path_m[slot, 0] + by_m[0], path_m[slot, 1] + by_m[1]
+    return path_m[slot, 0], path_m[slot, 1]
+
+
+@compiled
+def _shared_turn(
+    around: Around, path_m: FloatArray, slot: int, block: tuple[int, int], by_m: tuple[float, float]
+) -> tuple[float, float]:
+    """The velocity at the end of a slot that leaves half of the turn to each of its neighbours."""
+    legs = around.legs
+    before, here = _place(around, path_m, slot - 1, block, by_m), _place(around, path_m, slot, block, by_m)
+    if slot + 1 < path_m.shape[0]:
+        after = _place(around, path_m, slot + 1, block, by_m)
+        east, north = (after[0] - before[0]) / 2.0, (after[1] - before[1]) / 2.0
+    else:
+        east, north = here[0] - before[0], here[1] - before[1]
+    east, north = east / legs.slot_s, north / legs.slot_s
+    share = min(1.0, legs.max_speed_mps / max(np.sqrt(east * east + north * north), 1e-9))
+    return east * share, north * share
+
+
+@compiled
+def _flyable(
+    walls: Walls,
+    around: Around,
+    path_m: FloatArray,
+    block: tuple[int, int],
+    by_m: tuple[float, float],
+    shares_turns: bool,
+) -> bool:
+    """All legs into, within and out of a shifted block can be flown: its velocities as they are, or turns shared."""
+    place, vel = _place(around, path_m, block[0] - 1, block, by_m), (around.start_mps[0], around.start_mps[1])
+    if block[0] > 0:
+        vel = around.vel_mps[block[0] - 1, 0], around.vel_mps[block[0] - 1, 1]
+    for slot in range(block[0], min(block[1] + 2, path_m.shape[0])):
+        to_place, to_vel = _place(around, path_m, slot, block, by_m), (around.vel_mps[slot, 0], around.vel_mps[slot, 1])
+        if shares_turns and slot <= block[1]:
+            to_vel = _shared_turn(around, path_m, slot, block, by_m)
+        if not flies(walls, around.legs, place, vel, to_place, to_vel):
+            return False
+        place, vel = to_place, to_vel
+    return True
+
+
+@compiled
+def _share_turns(walls: Walls, around: Around, path_m: FloatArray, slot: int) -> None:
+    """Give a place the velocity that shares its turn, where that can be flown: room for shifts to come."""
+    if _flyable(walls, around, path_m, (slot, slot), (0.0, 0.0), True):
+        around.vel_mps[slot] = _shared_turn(around, path_m, slot, (slot, slot), (0.0, 0.0))
+
+
+@compiled
+def keep_up(
+    walls: Walls,
+    legs: Legs,
+    start_m: FloatArray,
+    start_mps: FloatArray,
+    path_m: FloatArray,
+    vel_mps: FloatArray,
+    length: int,
+) -> int:
+    """How many slots of a kept plan can be flown from where the UAV really is: 0 to ``length``.
+
+    Wind and lag leave a UAV beside its plan: its first places are then moved ([H, 2] in place) until it is back on it.
+    """
+    place, vel = (start_m[0], start_m[1]), (start_mps[0], start_mps[1])
+    for slot in range(length):
+        to_m, to_mps = (path_m[slot, 0], path_m[slot, 1]), (vel_mps[slot, 0], vel_mps[slot, 1])
+        if not flies(walls, legs, place, vel, to_m, to_mps):
+            to_mps = _velocity_to(legs, place, to_m)
+            to_m = _end_of_leg(legs, place, vel, to_mps, to_mps)
+            if not flies(walls, legs, place, vel, to_m, to_mps):
+                return slot
+            path_m[slot], vel_mps[slot] = to_m, to_mps
+        place, vel = to_m, to_mps
+    return length
+
+
+@compiled
+def _velocity_to(legs: Legs, from_m: tuple[float, float], to_m: tuple[float, float]) -> tuple[float, float]:
+    """That covers the way in a slot, no faster than allowed."""
+    east, north = (to_m[0] - from_m[0]) / legs.slot_s, (to_m[1] - from_m[1]) / legs.slot_s
+    share = min(1.0, legs.max_speed_mps / max(np.sqrt(east * east + north * north), 1e-9))
+    return share * east, share * north
+
+
+@compiled
+def _end_of_leg(
+    legs: Legs,
+    from_m: tuple[float, float],
+    from_mps: tuple[float, float],
+    cruise_mps: tuple[float, float],
+    to_mps: tuple[float, float],
+) -> tuple[float, float]:
+    """Where a leg ends (policy.world.motion.slot_motion)."""
+    half = 0.5 / legs.max_accel_mps2
+    a_e, a_n = cruise_mps[0] - from_mps[0], cruise_mps[1] - from_mps[1]
+    b_e, b_n = to_mps[0] - cruise_mps[0], to_mps[1] - cruise_mps[1]
+    a, b = np.sqrt(a_e * a_e + a_n * a_n), np.sqrt(b_e * b_e + b_n * b_n)
+    return (
+        from_m[0] + cruise_mps[0] * legs.slot_s - half * (a * a_e - b * b_e),
+        from_m[1] + cruise_mps[1] * legs.slot_s - half * (a * a_n - b * b_n),
+    )
+
+
+@compiled
+def flies(
+    walls: Walls,
+    legs: Legs,
+    from_m: tuple[float, float],
+    from_mps: tuple[float, float],
+    to_m: tuple[float, float],
+    to_mps: tuple[float, float],
+) -> bool:
+    """The leg is within the vehicle's limits, inside the area and clear of obstacles, with room to brake after it."""
+    east, north, found = cruise(legs, from_m, from_mps, to_m, to_mps)
+    if not found:
+        return False
+    if legs.max_accel_mps2 == np.inf:
+        return _inside(walls, to_m) and not _meets(walls, from_m, to_m)
+    accel = legs.max_accel_mps2
+    first_s = np.sqrt((east - from_mps[0]) ** 2 + (north - from_mps[1]) ** 2) / accel
+    last_s = np.sqrt((to_mps[0] - east) ** 2 + (to_mps[1] - north) ** 2) / accel
+    brake_s = np.sqrt(to_mps[0] ** 2 + to_mps[1] ** 2) / accel
+    turned = from_m[0] + 0.5 * first_s * (from_mps[0] + east), from_m[1] + 0.5 * first_s * (from_mps[1] + north)
+    turning = to_m[0] - 0.5 * last_s * (to_mps[0] + east), to_m[1] - 0.5 * last_s * (to_mps[1] + north)
+    # A change of velocity is a parabola: it stays within the triangle of its ends and this point.
+    bend = from_m[0] + 0.5 * first_s * from_mps[0], from_m[1] + 0.5 * first_s * from_mps[1]
+    bend_2 = to_m[0] - 0.5 * last_s * to_mps[0], to_m[1] - 0.5 * last_s * to_mps[1]
+    rest = to_m[0] + 0.5 * brake_s * to_mps[0], to_m[1] + 0.5 * brake_s * to_mps[1]
+    for point in (bend, turned, turning, bend_2, to_m, rest):
+        if not _inside(walls, point):
+            return False
+    if walls.box_m.shape[0] == 0:
+        return True
+    if _meets(walls, turned, turning) or _meets(walls, to_m, rest):
+        return False
+    cruise_mps = east, north
+    return not (
+        _meets_turning(walls, from_m, from_mps, cruise_mps, first_s)
+        or _meets_turning(walls, turning, cruise_mps, to_mps, last_s)
+    )
+
+
+@compiled
+def _meets_turning(
+    walls: Walls, from_m: tuple[float, float], from_mps: tuple[float, float], to_mps: tuple[float, float], time_s: float
+) -> bool:
+    """The parabola of a change of velocity comes within the margin of an obstacle, by chords of it."""
+    before = from_m
+    for chord in range(1, CHORDS + 1):
+        share = chord / CHORDS
+        lead = 0.5 * share * share * time_s
+        after = (
+            from_m[0] + share * time_s * from_mps[0] + lead * (to_mps[0] - from_mps[0]),
+            from_m[1] + share * time_s * from_mps[1] + lead * (to_mps[1] - from_mps[1]),
+        )
+        if _meets(walls, before, after):
+            return True
+        before = after
+    return False
+
+
+@compiled
+def cruise(
+    legs: Legs,
+    from_m: tuple[float, float],
+    from_mps: tuple[float, float],
+    to_m: tuple[float, float],
+    to_mps: tuple[float, float],
+) -> tuple[float, float, bool]:
+    """The velocity flown between the two changes of a leg, east and north, and whether there is one.
+
+    Solves tau u - |u - v0| (u - v0) / 2a - |u - v1| (u - v1) / 2a = way by Newton's method.
+    """
+    way_e, way_n = to_m[0] - from_m[0], to_m[1] - from_m[1]
+    east, north = way_e / legs.slot_s, way_n / legs.slot_s
+    most_2 = legs.max_speed_mps**2 * (1.0 + 1e-9)
+    if legs.max_accel_mps2 == np.inf:
+        return east, north, east * east + north * north <= most_2
+    half = 0.5 / legs.max_accel_mps2
+    for _ in range(NEWTON_STEPS):
+        a_e, a_n = east - from_mps[0], north - from_mps[1]
+        b_e, b_n = east - to_mps[0], north - to_mps[1]
+        a, b = np.sqrt(a_e * a_e + a_n * a_n), np.sqrt(b_e * b_e + b_n * b_n)
+        miss_e = legs.slot_s * east - half * (a * a_e + b * b_e) - way_e
+        miss_n = legs.slot_s * north - half * (a * a_n + b * b_n) - way_n
+        in_time = a + b <= legs.max_accel_mps2 * legs.slot_s
+        if miss_e * miss_e + miss_n * miss_n < LEG_MISS_M * LEG_MISS_M:
+            return east, north, in_time and east * east + north * north <= most_2
+        j_ee = legs.slot_s - half * (a + b + a_e * a_e / max(a, 1e-9) + b_e * b_e / max(b, 1e-9))
+        j_nn = legs.slot_s - half * (a + b + a_n * a_n / max(a, 1e-9) + b_n * b_n / max(b, 1e-9))
+        j_en = -half * (a_e * a_n / max(a, 1e-9) + b_e * b_n / max(b, 1e-9))
+        det = j_ee * j_nn - j_en * j_en
+        if det < 1e-6 or not in_time:
+            return east, north, False
+        east -= (j_nn * miss_e - j_en * miss_n) / det
+        north -= (j_ee * miss_n - j_en * miss_e) / det
+    return east, north, False
+
+
+@compiled
+def _inside(walls: Walls, at_m: tuple[float, float]) -> bool:
+    is_inside: bool = walls.low_m[0] <= at_m[0] <= walls.high_m[0] and walls.low_m[1] <= at_m[1] <= walls.high_m[1]
+    return is_inside
+
+
+@compiled
+def _meets(walls: Walls, from_m: tuple[float, float], to_m: tuple[float, float]) -> bool:
+    """A straight way comes within the margin of an obstacle."""
+    met = False
+    for obstacle in range(walls.box_m.shape[0]):
+        met = met or _blocked(walls, obstacle, from_m, to_m)
+    return met
 
 
 @compiled
@@ -279,25 +570,6 @@ def _cruise_j(cruise_j: FloatArray, step_m: float, way_m: float) -> float:
     at = min(way_m / step_m, cruise_j.size - 1.0)
     low = min(int(at), cruise_j.size - 2)
     return float(cruise_j[low] + (at - low) * (cruise_j[low + 1] - cruise_j[low]))
-
-
-@compiled
-def _clear(
-    walls: Walls, ends: tuple[float, float, float, float, float], places_m: FloatArray, by_m: tuple[float, float]
-) -> bool:
-    """Every way to, within and from a block that is shifted ``by_m`` keeps clear of all obstacles."""
-    from_m = ends[0], ends[1]
-    for index in range(places_m.shape[0] + 1):
-        to_m = ends[2], ends[3]
-        if index < places_m.shape[0]:
-            to_m = places_m[index, 0] + by_m[0], places_m[index, 1] + by_m[1]
-        elif ends[4] == 0.0:
-            break
-        for obstacle in range(walls.box_m.shape[0]):
-            if _blocked(walls, obstacle, from_m, to_m):
-                return False
-        from_m = to_m
-    return True
 
 
 @compiled

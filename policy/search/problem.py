@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,6 +49,7 @@ class Effort(NamedTuple):
     beam: int  # K
     cell_m: float
     by_velocity: bool  # paths that arrive by different commands differ (finite acceleration)
+    free_places: bool  # kept paths lie between the moves (polished)
 
 
 class Start(NamedTuple):
@@ -73,11 +75,13 @@ class Problem:
     prices: Prices
     effort: Effort
     starts: tuple[Start, ...]  # [U]
+    start_m: FloatArray  # [U, 2] as compiled code reads them: one layout, or it is compiled anew in flight
+    start_mps: FloatArray  # [U, 2]
 
     @property
     def is_polished(self) -> bool:
         """Places of plans lie between the moves."""
-        return self.settings.polish_sweeps > 0 and math.isinf(self.scenario.max_accel_mps2)
+        return self.settings.polish_sweeps > 0
 
     @property
     def planned(self) -> IntArray:
@@ -111,14 +115,21 @@ def make_problem(
         user_pos_enu_m=user_pos_enu_m[:horizon],
         users=_users(scenario, moves.serving_radius_m, state, user_pos_enu_m[:horizon], user_blur_m),
         prices=_prices(scenario, settings, float(moves.table.cruise_j[-1]), is_last=0 < left <= settings.horizon_slots),
-        effort=Effort(settings.beam, settings.cell_m, math.isfinite(scenario.max_accel_mps2)),
+        effort=Effort(
+            settings.beam, settings.cell_m, math.isfinite(scenario.max_accel_mps2), settings.polish_sweeps > 0
+        ),
         starts=_starts(scenario, moves, state),
+        start_m=np.array(state.uav_pos_enu_m, dtype=np.float64, order="C"),
+        start_mps=np.array(state.uav_vel_enu_mps, dtype=np.float64, order="C"),
     )
 
 
 def _starts(scenario: Scenario, moves: Moves, state: WorldState) -> tuple[Start, ...]:
     vel, table = moves.actions.vel_enu_mps, moves.table
-    step_m, energy_j = tabulate(scenario, state.uav_vel_enu_mps[:, None, :], vel[None])
+    if math.isinf(scenario.max_accel_mps2):  # the present velocity means nothing: any row of the table is its own
+        step_m, energy_j = (np.repeat(row[:1], scenario.num_uavs, axis=0) for row in (table.step_m, table.energy_j))
+    else:
+        step_m, energy_j = tabulate(scenario, state.uav_vel_enu_mps[:, None, :], vel[None])
     allowed = first_moves(scenario, state, vel)
     return tuple(
         Start(
@@ -138,7 +149,12 @@ def first_moves(scenario: Scenario, state: WorldState, vel_command_mps: FloatArr
     beginning on. Then those that end clear are allowed; failing these the one that ends nearest to the middle.
     """
     pos_m, vel_mps = state.uav_pos_enu_m[:, None, :], state.uav_vel_enu_mps[:, None, :]
-    allowed: BoolArray = np.array(legal_moves(pos_m, vel_mps, vel_command_mps[None], scenario))
+    allowed: BoolArray
+    if math.isinf(scenario.max_accel_mps2) and not scenario.blocking_obstacles:  # straight ways in a rectangle
+        ends_m = pos_m + scenario.slot_s * vel_command_mps[None]
+        allowed = np.array(inside_area(pos_m, scenario) & inside_area(ends_m, scenario))
+    else:
+        allowed = np.array(legal_moves(pos_m, vel_mps, vel_command_mps[None], scenario))
     for uav in np.flatnonzero(~allowed.any(axis=1)):
         allowed[uav] = _way_back(scenario, pos_m[uav], vel_mps[uav], vel_command_mps)
     return allowed
@@ -175,8 +191,13 @@ def _users(
         weight=_single(weight / total if total > 0.0 else weight),
         inner_m=_single(radius_m - blur),
         fade_per_m=_single(1.0 / np.maximum(2.0 * blur, SHARP_M)),
-        salt=np.random.default_rng(0).integers(2**62, size=who.size) * 2 + 1,
+        salt=_salt(who.size),
     )
+
+
+@lru_cache(maxsize=8)
+def _salt(users: int) -> IntArray:
+    return np.random.default_rng(0).integers(2**62, size=users) * 2 + 1
 
 
 def _prices(scenario: Scenario, settings: SearchSettings, full_speed_j: float, is_last: bool) -> Prices:

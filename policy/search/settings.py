@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from policy.world.actions import ActionSet, make_actions
 from policy.world.scenario import Scenario
 
-THRIFT = 0.002
-"""Slots of mean AoI a slot at full speed: a user in 60 served one slot sooner outweighs eight of them."""
+THRIFT = 0.001
+"""Slots of mean AoI a slot at full speed: a user in 60 served one slot sooner outweighs sixteen of them."""
 MANY_UAVS = 4
 
 
@@ -23,7 +23,7 @@ class SearchSettings:
     speed_shares: tuple[float, ...] = (1.0,)  # of the greatest speed; hovering is always there
     leaf_weight: float = 0.6  # of AoI x slots to reach, against the AoI that the horizon counts
     discount: float = 1.0  # a slot; Eq. 7 weighs all slots alike
-    polish_sweeps: int = 0  # along every path, to places between the moves (ideal motion only)
+    polish_sweeps: int = 0  # along every path, to places between the moves
     thrift: float = 0.0  # slots of mean AoI that the energy of one slot at full speed is worth beside the objective
     cell_m: float = 30.0  # paths that end in one cell with one AoI of every user are one path
 
@@ -42,8 +42,8 @@ class SearchSettings:
 
 
 def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
-    """What flies by default. The paper's motion: coarse moves, polished to places between them, with so little thrift
-    that only the speed of otherwise equal plans depends on it. With inertia: speeds to turn at as well.
+    """What flies by default: coarse moves, polished to places between them. The paper's motion: with so little thrift
+    that only the speed of otherwise equal plans depends on it. With inertia: a second speed, to turn at.
 
     ``fast`` decides in a third of the time for a few per cent more AoI (figures in `docs/planner.md`). Many UAVs get
     a narrower search each, so that a decision keeps its time.
@@ -51,12 +51,19 @@ def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
     many = scenario.num_uavs > MANY_UAVS
     if math.isfinite(scenario.max_accel_mps2):
         if fast:
-            return SearchSettings(horizon_slots=10, beam=16, rebuilds=1, speed_shares=(0.6, 1.0))
-        return SearchSettings(beam=16 if many else 32, rebuilds=1 if many else 2, speed_shares=(5 / 9, 7 / 9, 1.0))
+            return SearchSettings(horizon_slots=10, beam=12, rebuilds=1, speed_shares=(0.55, 1.0), polish_sweeps=4)
+        return SearchSettings(
+            beam=12 if many else 32, rebuilds=1 if many else 2, speed_shares=(0.55, 1.0), polish_sweeps=3 if many else 6
+        )
     if fast:
         return SearchSettings(horizon_slots=10, beam=12, rebuilds=1, polish_sweeps=3, thrift=THRIFT)
     return SearchSettings(
-        beam=12 if many else 20, rebuilds=1 if many else 2, polish_sweeps=3 if many else 4, thrift=THRIFT
+        horizon_slots=12,
+        beam=12 if many else 20,
+        rebuilds=1 if many else 2,
+        polish_sweeps=3 if many else 4,
+        discount=0.98,
+        thrift=THRIFT,
     )
 
 

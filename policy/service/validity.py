@@ -3,6 +3,7 @@
 import numpy as np
 
 from policy.agents.base import Decision
+from policy.world.arrays import Array
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState
 
@@ -46,7 +47,16 @@ def check_state(scenario: Scenario, state: WorldState) -> None:
 
 def fault_in(scenario: Scenario, decision: Decision) -> str | None:
     """What is wrong with a policy's answer, or None."""
-    heading, speed = np.asarray(decision.action.heading_rad), np.asarray(decision.action.speed_mps)
+    action = decision.action
+    fault = _velocity_fault(scenario, action.heading_rad, action.speed_mps)
+    if fault is not None or action.end_heading_rad is None:
+        return fault
+    fault = _velocity_fault(scenario, action.end_heading_rad, action.end_speed_mps)
+    return None if fault is None else f"at the slot's end {fault}"
+
+
+def _velocity_fault(scenario: Scenario, headings_rad: Array, speeds_mps: Array) -> str | None:
+    heading, speed = np.asarray(headings_rad), np.asarray(speeds_mps)
     shape = (scenario.num_uavs,)
     if heading.shape != shape or speed.shape != shape:
         return f"headings {list(heading.shape)} and speeds {list(speed.shape)} instead of {list(shape)}"

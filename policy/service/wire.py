@@ -76,7 +76,10 @@ class StateWire(_Wire):
 
 
 class DecisionWire(BaseModel):
-    """The answer for one slot, one entry a UAV; headings clockwise from north."""
+    """The answer for one slot, one entry a UAV; headings clockwise from north.
+
+    ``end_*``: the velocity at which the slot is to be left, where that is not the same.
+    """
 
     campaign_id: str
     slot: int
@@ -84,6 +87,8 @@ class DecisionWire(BaseModel):
     heading_rad: list[float]
     heading_deg: list[float]
     speed_mps: list[float]
+    end_heading_rad: list[float] | None = None
+    end_speed_mps: list[float] | None = None
     value: float | None
     decision_ms: float
     explanation: dict[str, Any]
@@ -168,6 +173,8 @@ def decision_document(
         "heading_rad": heading_rad.tolist(),
         "heading_deg": np.degrees(heading_rad).tolist(),
         "speed_mps": np.asarray(decision.action.speed_mps, dtype=np.float64).tolist(),
+        "end_heading_rad": _numbers(decision.action.end_heading_rad),
+        "end_speed_mps": _numbers(decision.action.end_speed_mps),
         "value": plain(decision.value),
         "decision_ms": decision_ms,
         "explanation": plain(decision.explanation),
@@ -176,8 +183,13 @@ def decision_document(
 
 def decision_from(wire: DecisionWire) -> Decision:
     """The decision itself."""
-    action = JointAction(np.asarray(wire.heading_rad), np.asarray(wire.speed_mps))
+    end = (None if row is None else np.asarray(row) for row in (wire.end_heading_rad, wire.end_speed_mps))
+    action = JointAction(np.asarray(wire.heading_rad), np.asarray(wire.speed_mps), *end)
     return Decision(action, wire.value, wire.explanation)
+
+
+def _numbers(values: Any) -> list[float] | None:
+    return None if values is None else [float(value) for value in np.asarray(values)]
 
 
 def plain(value: Any) -> Any:

@@ -14,6 +14,7 @@ import torch
 from torch.utils.tensorboard import SummaryWriter
 
 from policy.agents.gcrl import GcrlAgent, GcrlSettings
+from policy.evaluation.rollout import SlotPhysics
 from policy.model.checkpoint import CheckpointFiles
 from policy.model.evaluator import NetworkEvaluator
 from policy.model.export import export_onnx
@@ -24,12 +25,13 @@ from policy.training.card import git_commit, write_card
 from policy.training.collect import fly_episode
 from policy.training.learner import Learner
 from policy.training.replay import Replay
-from policy.training.settings import TrainingError, TrainProgress, TrainSettings
+from policy.training.settings import TrainingError, TrainingStoppedError, TrainProgress, TrainSettings
 from policy.training.snapshot import FILE, load_snapshot, save_snapshot
 from policy.world.arrays import FloatArray
 from policy.world.scenario import Scenario
+from policy.world.transition import step
 
-__all__ = ["TrainProgress", "TrainSettings", "TrainingError", "train"]
+__all__ = ["TrainProgress", "TrainSettings", "TrainingError", "TrainingStoppedError", "train"]
 
 
 def train(
@@ -40,15 +42,19 @@ def train(
     *,
     resume: bool = False,
     progress: Callable[[TrainProgress], None] | None = None,
+    physics: SlotPhysics = step,
+    stop: Callable[[], bool] = lambda: False,
 ) -> Path:
     """Train for ``scenario``'s objective on the campaigns that ``trace_sampler`` draws; returns ``out``.
 
     ``trace_sampler(rng)`` gives an episode's scenario and its users' places [T+1, M, 2]; its ``description``, where
-    it has one, goes into the model card. Raises TrainingError with one line (not finite, disk full, nothing to
-    resume); the last good checkpoint is kept.
+    it has one, goes into the model card. ``physics`` flies the slots, the world's ideal motion unless told otherwise.
+    ``stop`` is asked after every episode; then the run is checkpointed and ends with TrainingStoppedError. Raises
+    TrainingError with one line (not finite, disk full, nothing to resume, no such device); the last good checkpoint is
+    kept.
     """
     torch.set_num_threads(settings.threads)
-    run = _Run(scenario, trace_sampler, settings, out)
+    run = _Run(scenario, trace_sampler, settings, out, physics)
     if resume:
         run.resume()
     with SummaryWriter(log_dir=str(out / "logs"), purge_step=run.episode) as log:
@@ -57,6 +63,9 @@ def train(
             _log(log, told)
             if progress is not None:
                 progress(told)
+            if stop() and run.episode < settings.episodes:
+                run.checkpoint()
+                raise TrainingStoppedError(f"stopped after episode {run.episode}; {out} is complete, --resume goes on")
             if run.episode % settings.checkpoint_every == 0:
                 run.checkpoint()
     run.finish()
@@ -72,8 +81,11 @@ class _Run:
         trace_sampler: Callable[[np.random.Generator], tuple[Scenario, FloatArray]],
         settings: TrainSettings,
         out: Path,
+        physics: SlotPhysics,
     ) -> None:
         self._scenario, self._sampler, self._settings, self._out = scenario, trace_sampler, settings, out
+        self._physics = physics
+        check_device(settings.device)
         torch.manual_seed(settings.seed)
         self._learner = Learner(GcrlNetwork(settings.model), settings)
         self._replay = Replay(settings.replay_episodes)
@@ -95,7 +107,7 @@ class _Run:
         rng = np.random.default_rng([self._settings.seed, self.episode])
         scenario, pos_enu_m = self._sampler(rng)
         share = self._settings.exploration(self.episode)
-        episode, score = fly_episode(scenario, pos_enu_m, self._agent(), share, rng)
+        episode, score = fly_episode(scenario, pos_enu_m, self._agent(), share, rng, self._physics)
         self._replay.add(episode)
         self._learn(rng)
         self._scores.append(score)
@@ -145,7 +157,16 @@ class _Run:
         save_snapshot(self._out / FILE, self._settings, self._learner, self._replay, self._scores)
 
     def finish(self) -> None:
+        """The last checkpoint, the graph that flies, and the card that vouches for both."""
         self.checkpoint()
+        try:
+            self._export()
+        except OSError as error:
+            raise TrainingError(
+                f"{self._out}: cannot write the exported network ({error}); the weights are kept, --resume exports them"
+            ) from None
+
+    def _export(self) -> None:
         files = CheckpointFiles.in_folder(self._out)
         export_onnx(self._learner.network.cpu(), files.graph)
         write_card(
@@ -158,6 +179,15 @@ class _Run:
             training_s=time.monotonic() - self._begun_s,
             commit=self._commit,
         )
+
+
+def check_device(name: str) -> None:
+    """Raise TrainingError unless torch can compute there."""
+    try:
+        torch.zeros(1, device=name).item()
+    except (RuntimeError, AssertionError) as error:
+        line = " ".join(str(error).split())[:120]
+        raise TrainingError(f"--device {name}: not to be had on this machine ({line}); use cpu") from None
 
 
 def _log(log: SummaryWriter, told: TrainProgress) -> None:

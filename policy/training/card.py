@@ -11,9 +11,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from policy.model.checkpoint import CheckpointFiles, sha256
+from policy.model.checkpoint import CheckpointFiles
 from policy.model.features import UAV_FEATURES, USER_FEATURES
-from policy.model.files import write_atomically
+from policy.model.files import sha256, write_atomically
 from policy.model.network import GcrlNetwork
 from policy.training.settings import TrainSettings
 from policy.world.scenario import Objective
@@ -37,7 +37,7 @@ def write_card(
 ) -> None:
     """Write ``files.card`` for the weights and the graph that lie beside it."""
     card: Mapping[str, Any] = {
-        "method": "GCRL-min(AoI)",
+        **card_head("GCRL-min(AoI)", commit),
         "spec": network.spec.to_json(),
         "shapes": {"uav_features": UAV_FEATURES, "user_features": USER_FEATURES},
         "parameters": sum(p.numel() for p in network.parameters()),
@@ -48,15 +48,22 @@ def write_card(
         "episodes": len(scores),
         "episodic_aoi_last_20": sum(scores[-20:]) / max(1, len(scores[-20:])),
         "training_s": round(training_s, 1),
-        "date_utc": datetime.now(UTC).isoformat(timespec="seconds"),
-        "command": command_line(sys.orig_argv),
-        "git_commit": commit,
-        "versions": {name: importlib.metadata.version(name) for name in ("torch", "numpy", "onnx", "onnxruntime")},
-        "python": platform.python_version(),
         "sha256": {"safetensors": sha256(files.weights), "onnx": sha256(files.graph)},
         "limits": list(LIMITS),
     }
     write_atomically(files.card, (json.dumps(card, indent=2) + "\n").encode())
+
+
+def card_head(method: str, commit: str | None = None) -> dict[str, Any]:
+    """What every card tells: when, by which command, from which sources (None: those that lie here now)."""
+    return {
+        "method": method,
+        "date_utc": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": command_line(sys.orig_argv),
+        "git_commit": commit or git_commit(),
+        "versions": {name: importlib.metadata.version(name) for name in ("torch", "numpy", "onnx", "onnxruntime")},
+        "python": platform.python_version(),
+    }
 
 
 def command_line(arguments: Sequence[str]) -> str:

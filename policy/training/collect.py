@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from policy.agents.base import Agent, Decision
-from policy.evaluation.rollout import CampaignRecord, fly
+from policy.evaluation.rollout import CampaignRecord, SlotPhysics, fly
 from policy.model.features import action_features, make_features
 from policy.model.states import Units, last_steps_m, stack_states
 from policy.training.replay import Episode
@@ -15,6 +15,7 @@ from policy.world.arrays import FloatArray
 from policy.world.frames import velocity_enu_mps
 from policy.world.scenario import Scenario
 from policy.world.state import JointAction, WorldState
+from policy.world.transition import step
 
 
 class ArrayPlaces:
@@ -63,10 +64,16 @@ def random_action(scenario: Scenario, state: WorldState, rng: np.random.Generato
 
 
 def fly_episode(
-    scenario: Scenario, pos_enu_m: FloatArray, agent: Agent, share: float, rng: np.random.Generator
+    scenario: Scenario,
+    pos_enu_m: FloatArray,
+    agent: Agent,
+    share: float,
+    rng: np.random.Generator,
+    physics: SlotPhysics = step,
 ) -> tuple[Episode, float]:
     """One campaign with users at ``pos_enu_m`` [T+1, M, 2]; also its episodic AoI (Eq. 7)."""
-    record = fly(scenario, ArrayPlaces(pos_enu_m), Exploring(agent, share, rng), seed=int(rng.integers(2**31)))
+    pilot, seed = Exploring(agent, share, rng), int(rng.integers(2**31))
+    record = fly(scenario, ArrayPlaces(pos_enu_m), pilot, seed, physics=physics)
     return make_episode(record), record.metrics.episodic_aoi
 
 

@@ -113,6 +113,28 @@ class OwnPlace:
         )
 
 
+@dataclass(frozen=True)
+class Mixture:
+    """Half of the episodes from ``new`` (crowds that differ every time), half from one of ``known`` in turn by chance:
+    for a network that is to fly where it has never been.
+    """
+
+    new: AnyPlace
+    known: tuple[OwnPlace, ...]
+    names: str = ""  # of the known places, for the card
+
+    @property
+    def description(self) -> str:
+        """For the model card."""
+        return f"half of the episodes: {self.new.description}; the other half: users of {self.names}"
+
+    def __call__(self, rng: np.random.Generator) -> tuple[Scenario, FloatArray]:
+        """One campaign."""
+        if rng.random() < 0.5:
+            return self.new(rng)
+        return self.known[int(rng.integers(len(self.known)))](rng)
+
+
 def free_places(scenario: Scenario, rng: np.random.Generator, tries: int = 200) -> FloatArray:
     """Random launch points [U, 2] clear of obstacles; the mission's own where none is found."""
     places = np.array(scenario.launch_enu_m, dtype=np.float64)

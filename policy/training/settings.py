@@ -1,6 +1,6 @@
 """What a training run is told, what it tells, and how it fails."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from policy.model.spec import ModelSpec
@@ -8,6 +8,10 @@ from policy.model.spec import ModelSpec
 
 class TrainingError(RuntimeError):
     """A run that cannot go on: one line that says what is wrong, where, and what was kept."""
+
+
+class TrainingStoppedError(TrainingError):
+    """Asked to stop: the checkpoint holds everything up to the episode that was flown last."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,7 @@ class TrainSettings:
     beam: int = 12
     checkpoint_every: int = 50  # episodes
     threads: int = 1
+    physics: str = "ideal"  # a name for the card: which physics the episodes were flown in
 
     def __post_init__(self) -> None:
         """Refuse what cannot be run."""
@@ -48,6 +53,10 @@ class TrainSettings:
             raise ValueError("learning_rate must be positive and final_learning_rate_share within (0, 1]")
         if self.seed < 0 or self.warmup_episodes < 0:
             raise ValueError("seed and warmup_episodes must not be negative")
+
+    def shortened(self) -> "TrainSettings":
+        """The same for a run that is short for the usual warm-up: half of its episodes at most."""
+        return replace(self, warmup_episodes=min(self.warmup_episodes, self.episodes // 2))
 
     def to_json(self) -> dict[str, Any]:
         """For the model card."""

@@ -27,7 +27,7 @@ def save_snapshot(path: Path, settings: TrainSettings, learner: Learner, replay:
     buffer = io.BytesIO()
     torch.save(content, buffer)
     try:
-        write_atomically(path, buffer.getvalue())
+        write_atomically(path, buffer.getbuffer())
     except OSError as error:
         raise TrainingError(f"{path}: cannot write the checkpoint ({error}); the last good one is kept") from None
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,7 +22,7 @@ class ActionSet:
         """A."""
         return int(self.speed_mps.shape[0])
 
-    @property
+    @cached_property
     def vel_enu_mps(self) -> FloatArray:
         """Velocities [A, 2]."""
         return np.asarray(velocity_enu_mps(self.heading_rad, self.speed_mps), dtype=np.float64)

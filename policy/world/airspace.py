@@ -22,18 +22,22 @@ def inside_area(points_m: Array, scenario: Scenario, margin_m: float = 0.0) -> A
     return inside_rectangle(points_m, scenario.area.size_m, margin_m - EDGE_TOLERANCE_M)
 
 
-def legal_moves(pos_m: Array, vel_mps: Array, vel_command_mps: Array, scenario: Scenario) -> Array:
+def legal_moves(
+    pos_m: Array, vel_mps: Array, vel_command_mps: Array, scenario: Scenario, vel_end_mps: Array | None = None
+) -> Array:
     """Moves that stay inside and clear of obstacles through the slot, and leave room to brake after it.
 
     Positions [..., 2], velocities [..., 2] (broadcast against each other) -> bool [...]. A UAV that only
-    makes legal moves always has one: braking, or for the paper's motion hovering.
+    makes legal moves always has one: braking, or for the paper's motion hovering. ``vel_end_mps`` [..., 2]: at which
+    the slot is left (None: as commanded).
     """
     xp = array_namespace(pos_m, vel_mps, vel_command_mps)
     pos_m, vel_mps, vel_command_mps = xp.broadcast_arrays(pos_m, vel_mps, vel_command_mps)
     accel = scenario.max_accel_mps2
-    path_m, speeds_mps = slot_path_m(pos_m, vel_mps, vel_command_mps, accel, scenario.slot_s)
+    path_m, speeds_mps = slot_path_m(pos_m, vel_mps, vel_command_mps, accel, scenario.slot_s, vel_end_mps)
     end_speed_mps = speeds_mps[..., -1]
-    braking_m = _braking_path_m(path_m[..., -1, :], vel_command_mps, end_speed_mps, scenario)
+    leaving_mps = vel_command_mps if vel_end_mps is None else vel_end_mps
+    braking_m = _braking_path_m(path_m[..., -1, :], leaving_mps, end_speed_mps, scenario)
     points_m = xp.concat((path_m, braking_m), axis=-2)
     clear = inside_area(points_m, scenario) & ~hits_obstacle(points_m, scenario, scenario.obstacle_margin_m)
     return xp.all(clear, axis=-1)

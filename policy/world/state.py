@@ -27,15 +27,32 @@ class WorldState:
 
 @dataclass(frozen=True)
 class JointAction:
-    """Heading (clockwise from north) and speed to be flown by each UAV through the slot: [..., U] each."""
+    """Heading (clockwise from north) and speed to be flown by each UAV through the slot: [..., U] each.
+
+    ``end_*``: at which the slot is left, where that is not the same (a turn or braking begun before the slot ends).
+    """
 
     heading_rad: Array
     speed_mps: Array
+    end_heading_rad: Array | None = None
+    end_speed_mps: Array | None = None
+
+    def __post_init__(self) -> None:
+        """Half an end velocity is none."""
+        if (self.end_heading_rad is None) != (self.end_speed_mps is None):
+            raise ValueError("end_heading_rad and end_speed_mps belong together: give both or neither")
 
     @property
     def vel_enu_mps(self) -> Array:
         """Commanded velocity [..., U, 2]."""
         return velocity_enu_mps(self.heading_rad, self.speed_mps)
+
+    @property
+    def end_vel_enu_mps(self) -> Array | None:
+        """Velocity at which the slot is to be left [..., U, 2]; None: the one commanded."""
+        if self.end_heading_rad is None or self.end_speed_mps is None:
+            return None
+        return velocity_enu_mps(self.end_heading_rad, self.end_speed_mps)
 
 
 def initial_state(scenario: Scenario, user_pos_enu_m: Array) -> WorldState:

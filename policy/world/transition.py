@@ -11,7 +11,7 @@ from policy.world.channel import served
 from policy.world.energy import used_energy_j
 from policy.world.freshness import next_aoi_slots, next_data_mb
 from policy.world.geometry import pairwise_distance_m
-from policy.world.motion import slot_path_m, slot_times_s, velocity_mps
+from policy.world.motion import end_velocity_mps, slot_path_m
 from policy.world.scenario import Scenario
 from policy.world.state import JointAction, WorldState
 
@@ -33,8 +33,10 @@ def step(
     """Fly ``action`` through the slot: users end at ``next_user_pos_enu_m`` [..., M, 2]."""
     xp = array_namespace(state.uav_pos_enu_m)
     commanded = xp.where(state.uav_active[..., None], action.vel_enu_mps, 0.0 * action.vel_enu_mps)
+    end_mps = action.end_vel_enu_mps
+    end_mps = None if end_mps is None else xp.where(state.uav_active[..., None], end_mps, 0.0 * end_mps)
     path_m, speeds_mps = slot_path_m(
-        state.uav_pos_enu_m, state.uav_vel_enu_mps, commanded, scenario.max_accel_mps2, scenario.slot_s
+        state.uav_pos_enu_m, state.uav_vel_enu_mps, commanded, scenario.max_accel_mps2, scenario.slot_s, end_mps
     )
     spent_j = used_energy_j(speeds_mps, scenario.slot_s)
     spent_j = xp.where(state.uav_active, spent_j, 0.0 * spent_j)
@@ -43,12 +45,7 @@ def step(
     flying = state.uav_active & ~ran_empty
     left_area = state.uav_active & ~xp.all(inside_area(path_m, scenario), axis=-1)
     hit = state.uav_active & xp.any(hits_obstacle(path_m, scenario), axis=-1)
-    end_vel = velocity_mps(
-        state.uav_vel_enu_mps,
-        commanded,
-        scenario.max_accel_mps2,
-        slot_times_s(commanded, scenario.slot_s)[-1],
-    )
+    end_vel = end_velocity_mps(state.uav_vel_enu_mps, commanded, scenario.max_accel_mps2, scenario.slot_s, end_mps)
     after, was_served = serve(scenario, state, path_m[..., -1, :], flying, next_user_pos_enu_m)
     moved = WorldState(
         slot=state.slot + 1,

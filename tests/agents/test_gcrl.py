@@ -12,6 +12,7 @@ from policy.agents.gcrl import EXPLAINED_USERS, GcrlAgent, GcrlSettings
 from policy.evaluation.rollout import fly
 from policy.model.checkpoint import find_checkpoint
 from policy.model.evaluator import NetworkEvaluator
+from policy.model.forecast_file import load_forecaster
 from policy.model.onnx_runner import OnnxRunner
 from policy.search.settings import SearchSettings
 from policy.world.airspace import legal_moves
@@ -95,7 +96,7 @@ def test_it_tells_why(uavs: int) -> None:
     agent = GcrlAgent(replace(NARROW, search=SearchSettings(horizon_slots=2, beam=100)))
     agent.reset(scenario, 0)
     decision = agent.decide(initial_state(scenario, pos_enu_m[0]))
-    told = json.loads(json.dumps(decision.explanation, allow_nan=False))
+    told = json.loads(json.dumps(dict(decision.explanation), allow_nan=False))
     assert len(told["relations"]) == uavs
     for row in told["relations"]:
         weights = [user["weight"] for user in row]
@@ -113,7 +114,8 @@ def test_each_learned_part_can_be_switched_off_and_matters() -> None:
         NARROW,
         replace(NARROW, use_value=False),
         replace(NARROW, use_prediction=False),
-        replace(NARROW, blur_share=0.0),
+        replace(NARROW, use_forecast=False),
+        replace(NARROW, use_forecast=False, blur_share=0.0),
     ]
     plain = NARROW.without_network()
     assert not plain.use_value
@@ -166,7 +168,7 @@ def test_a_given_evaluator_is_asked() -> None:
             return super().value(states, units)
 
     scenario, pos_enu_m = campaign()
-    agent = GcrlAgent(NARROW, Counting(OnnxRunner(find_checkpoint(None).graph)))
+    agent = GcrlAgent(NARROW, Counting(OnnxRunner(find_checkpoint(None).graph), load_forecaster()))
     agent.reset(scenario, 0)
     agent.decide(initial_state(scenario, pos_enu_m[0]))
     assert Counting.calls > 0

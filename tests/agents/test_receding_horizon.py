@@ -65,7 +65,7 @@ def test_it_says_why_in_json() -> None:
     state = initial_state(place, track.positions(0))
     agent.decide(state)
     decision = agent.decide(replace(state, slot=1))
-    told = json.loads(json.dumps(decision.explanation))
+    told = json.loads(json.dumps(dict(decision.explanation)))
     assert told["predicted_gain"] >= -1e-6
     assert len(told["uavs"]) == 2
     assert len(told["uavs"][0]["path_enu_m"]) == QUICK.horizon_slots

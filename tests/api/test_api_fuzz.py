@@ -116,6 +116,6 @@ def test_without_a_key_nothing_changes(keyed: Server) -> None:
         throw()
     assert keyed.control.requests == []
     assert keyed.store.campaigns.newest() == []
-    assert len(keyed.store.keys.all()) == 3
+    assert len(keyed.store.keys.all()) == len(Role)
     assert keyed.store.journal.flush(10.0)
     assert {event.kind for event in keyed.store.events.find(EventFilter())} == {"api.refused"}

@@ -47,7 +47,7 @@ def test_what_does_not_count_is_counted() -> None:
 
 
 def test_users_join_before_the_start_and_after_it() -> None:
-    mission, live = parse_mission(LIVE), LiveCampaigns()
+    mission, live = parse_mission(LIVE), LiveCampaigns(wall=lambda: NOW)
     request = OperatorRequest(RequestKind.START, "ann", "c1", mission)
     with pytest.raises(ValueError, match="no user"):
         live.enrol(request, mission.scenario)
@@ -70,7 +70,7 @@ def test_receipts_count_once_and_only_when_they_are_of_now() -> None:
 
 def test_the_books_follow_who_joins_and_what_receipts_say() -> None:
     """Row 0 is in reach and tells nothing, row 1 is in reach but says that nothing arrived, row 2 joins later."""
-    mission, live = parse_mission(LIVE), LiveCampaigns()
+    mission, live = parse_mission(LIVE), LiveCampaigns(wall=lambda: NOW)
     users = live.users("c1", mission)
     users.report([fix("a", 0), fix("b", 0)], NOW)
     scenario, ids, places = live.enrol(OperatorRequest(RequestKind.START, "ann", "c1", mission), mission.scenario)
@@ -95,6 +95,44 @@ def test_the_books_follow_who_joins_and_what_receipts_say() -> None:
     again = CampaignLedger(scenario, places, ids, (1, 2), here)
     again.reopen(records)
     assert again.metrics(np.zeros(2)) == ledger.metrics(np.zeros(2))
+
+
+def test_the_books_let_users_go_and_take_them_back() -> None:
+    """User b leaves in slot 1 and comes back in slot 3; c falls silent; a stays. Nobody is in reach but b."""
+    now = [NOW]
+    mission, live = parse_mission(LIVE), LiveCampaigns(timedelta(minutes=1), wall=lambda: now[0])
+    users = live.users("c1", mission)
+    users.report([fix("a", 0, 900.0), fix("b", 0), fix("c", 0, 900.0)], NOW)
+    scenario, ids, places = live.enrol(OperatorRequest(RequestKind.START, "ann", "c1", mission), mission.scenario)
+    here = FleetState(np.full((2, 2), (50.0, 100.0)), np.zeros((2, 2)), np.zeros(2), np.ones(2, dtype=np.bool_))
+    ledger = CampaignLedger(scenario, places, ids, (1, 2), here)
+    records = [ledger.record(0.0, here, None)]
+    for slot, active in enumerate([[True, True, True], [True, False, False], [True, True, False]], start=1):
+        assert list(ledger.state(here).user_active) == active
+        if slot == 1:
+            assert users.depart("b", NOW + timedelta(seconds=10))
+            assert not users.depart("b", NOW), "an older word"
+            assert not users.depart("nobody", NOW)
+            assert users.report([fix("b", 5)], NOW).stale == 1, "a fix from before he left does not bring him back"
+            now[0] += timedelta(minutes=2)
+            users.report([fix("a", 20, 900.0)], now[0])
+        if slot == 2:
+            users.report([fix("b", 30, 900.0)], now[0])
+        ledger.close_slot(here)
+        records.append(ledger.record(15.0 * slot, here, None))
+    users_of = [[(u.user_id, u.active, u.aoi_slots, u.served) for u in record.users] for record in records[1:]]
+    assert users_of[0] == [("a", True, 2.0, False), ("b", True, 1.0, True), ("c", True, 2.0, False)]
+    assert users_of[1] == [("a", True, 3.0, False), ("b", False, 1.0, False), ("c", False, 2.0, False)]
+    assert users_of[2] == [("a", True, 4.0, False), ("b", True, 2.0, False), ("c", False, 2.0, False)]
+    assert np.isnan(records[2].users[1].east_m), "the place of who left is not kept"
+    metrics = ledger.metrics(np.zeros(2))
+    assert metrics is not None
+    assert metrics.episodic_aoi == pytest.approx((2 + 3 + 4 + 1 + 2 + 2) / 6)
+    rate_mb = 15.0 * float(scenario.collect_mbps[0])
+    assert metrics.data_collection_ratio == pytest.approx(1.0 - (3 + 1 + 1) * rate_mb / (6 * rate_mb))
+    again = CampaignLedger(scenario, places, ids, (1, 2), here)
+    again.reopen(records)
+    assert again.metrics(np.zeros(2)) == metrics
 
 
 def test_fixes_and_receipts_over_rest(keyed: Server, operator: httpx.Client) -> None:

@@ -52,6 +52,34 @@ def test_a_report_without_places_keeps_everything_else(keyed: Server, operator: 
     assert operator.get(f"{url}?places=false&format=html").status_code == 422
 
 
+def test_the_report_as_tracks_for_map_programs(keyed: Server, operator: httpx.Client, campaign_id: str) -> None:
+    fly(keyed, operator, campaign_id)
+    url = f"/api/v1/campaigns/{campaign_id}/report"
+    answer = operator.get(url, params={"format": "geojson"})
+    assert answer.headers["content-type"] == "application/geo+json"
+    kinds = [feature["properties"]["kind"] for feature in answer.json()["features"]]
+    assert (kinds[0], kinds.count("user")) == ("area", 2)
+    bare = operator.get(url, params={"format": "geojson", "places": False}).json()["features"]
+    assert "user" not in {feature["properties"]["kind"] for feature in bare}
+    answer = operator.get(url, params={"format": "kml", "places": False})
+    assert answer.headers["content-disposition"].endswith(f'"campaign-{campaign_id}.kml"')
+    assert "<name>u1</name>" in operator.get(url, params={"format": "kml"}).text
+    assert "<name>u1</name>" not in answer.text
+
+
+def test_the_report_says_how_to_fly_it_again(keyed: Server, operator: httpx.Client, campaign_id: str) -> None:
+    fly(keyed, operator, campaign_id)
+    report = operator.get(f"/api/v1/campaigns/{campaign_id}/report").json()
+    again = report["provenance"]
+    assert again["mission"]["campaign"]["name"] == "small"
+    assert again["repeat"].startswith("python -m gcs fly mission.toml")
+    assert again["versions"]["python"]
+    assert [row["user_id"] for row in report["user_totals"]] == ["u1", "u2"]
+    page = operator.get(f"/api/v1/campaigns/{campaign_id}/report", params={"format": "html"}).text
+    assert again["machine"] in page
+    assert "geojson" in page
+
+
 def test_the_report_as_a_page_runs_no_script(keyed: Server, operator: httpx.Client, campaign_id: str) -> None:
     fly(keyed, operator, campaign_id)
     answer = operator.get(f"/api/v1/campaigns/{campaign_id}/report", params={"format": "html"})

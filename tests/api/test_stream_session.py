@@ -32,6 +32,9 @@ class OneMission:
     def frame(self, campaign_id: str) -> LocalFrame | None:
         return self.mission.scenario.area.frame
 
+    def battery_j(self, campaign_id: str) -> float | None:
+        return self.mission.scenario.battery_j
+
 
 class Client:
     """A session and what it depends on."""

@@ -166,6 +166,20 @@ class MovingFlight:
             lost = Event(self._now_s(), "link.lost", f"UAV {system_id} is not heard any more", Severity.WARNING)
             self._journal.record(replace(lost, system_id=system_id))
 
+    def finish(self) -> None:
+        """Everybody has landed."""
+        self._move_to(CampaignState.DONE)
+
+    def fly_on(self) -> None:
+        """The campaign is in the air again."""
+        self._move_to(CampaignState.FLYING)
+
+    def _move_to(self, state: CampaignState) -> None:
+        with self._lock:
+            assert self._campaign is not None
+            self._advance()
+            self._enter(self._campaign, state)
+
     def snapshot(self) -> FlightSnapshot:
         with self._lock:
             self._advance()
@@ -240,6 +254,8 @@ class MovingFlight:
             lat_deg=self._origin_deg[0] + 0.0054,
             lon_deg=self._origin_deg[1] + 0.0106,
             alt_home_m=0.0,
+            home_lat_deg=self._origin_deg[0] + 0.0054,
+            home_lon_deg=self._origin_deg[1] + 0.0106,
             battery_fraction=self.battery.get(system_id, 0.82),
             heartbeat_s=heard_s,
             position_s=heard_s,

@@ -16,7 +16,7 @@ Shot = Callable[[Page, str], None]
 def open_draft(page: Page) -> None:
     sign_in(page)
     page.get_by_label("Mission").select_option("demo")
-    page.get_by_label("Policy").select_option("random")
+    page.get_by_label("Policy", exact=True).select_option("random")
     page.get_by_role("button", name="Change the area").click()
     expect(page.get_by_test_id("map")).to_have_attribute("data-obstacles", "3")
 

@@ -15,7 +15,7 @@ Shot = Callable[[Page, str], None]
 def test_a_dry_run_foretells_the_four_metrics_and_stands_beside_the_curves(page: Page, desk: Desk, shot: Shot):
     sign_in(page)
     page.get_by_label("Mission").select_option("demo")
-    page.get_by_label("Policy").select_option("random")
+    page.get_by_label("Policy", exact=True).select_option("random")
     page.get_by_role("button", name="Dry run", exact=True).click()
     table = page.get_by_role("table", name=re.compile("Forecast for demo"))
     expect(table.get_by_role("row")).to_have_count(5)

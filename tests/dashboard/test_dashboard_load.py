@@ -1,8 +1,9 @@
-"""A hundred drones over two thousand users at 5 Hz: what a client is sent, and how smoothly the page shows it.
+"""A hundred drones over two thousand users at 5 Hz: what a client is sent, and what it costs to show them smoothly.
 
-The pictures are drawn by the processor alone here (SwiftShader), on whatever machine runs the tests. So the page's own
-share is what is held to a limit: its script may take a third of the time, which leaves the rest of a 30 Hz picture to
-the drawing; the pictures a second are told, and only a page that hangs fails by them.
+Smooth is 30 pictures of the moving fleet a second, drawn by the processor alone (SwiftShader). How many a second come
+out depends on what else the machine does, so the tests hold the cost to a limit, in CPU time, which does not: a picture
+may take a thirtieth of a second of the page's own thread, and two of them of all of the browser, which is 30 pictures a
+second on two cores that have nothing else to do.
 """
 
 import json
@@ -14,7 +15,8 @@ from pathlib import Path
 import pytest
 from fleet_at_work import RATE_HZ, fleet_snapshot
 from operator_desk import Desk
-from playwright.sync_api import BrowserContext, Page, expect
+from page_cost import watching
+from playwright.sync_api import Browser, Page, expect
 
 from gcs.ports import FlightSnapshot, OperatorRequest, RequestOutcome
 from gcs.store.store import open_store
@@ -23,17 +25,10 @@ from policy.mission_file import load_mission
 pytestmark = pytest.mark.browser
 WATCHED_S = 8.0
 LIMIT_BYTES_A_S = 200_000
-SCRIPT_SHARE = 1 / 3
-LEAST_PICTURES_A_S = 5.0
-COUNT_PICTURES = """seconds => new Promise(done => {
-    let [count, begun] = [0, performance.now()];
-    const step = now => {
-        count += 1;
-        if (now - begun < 1000 * seconds) requestAnimationFrame(step);
-        else done(count / (now - begun) * 1000);
-    };
-    requestAnimationFrame(step);
-})"""
+SMOOTH_A_S = 30.0
+MAIN_MS = 1000.0 / SMOOTH_A_S
+BROWSER_MS = 2.0 * MAIN_MS  # two cores
+LEAST_PICTURES_A_S = 5.0  # the page hangs
 
 
 class LargeFlight:
@@ -67,38 +62,28 @@ def crowded(built_page: Path, tmp_path: Path) -> Iterator[Desk]:
     store.close()
 
 
-def test_a_large_fleet_is_shown_smoothly_for_little(
-    crowded: Desk, context: BrowserContext, shot: Callable[[Page, str], None]
-):
+def test_a_large_fleet_is_shown_smoothly_for_little(crowded: Desk, browser: Browser, shot: Callable[[Page, str], None]):
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="no-preference")
     page = context.new_page()
     received: list[int] = []
     page.on("websocket", lambda socket: socket.on("framereceived", lambda frame: received.append(len(frame))))
     page.goto(crowded.url)
     expect(page.get_by_test_id("map")).to_have_attribute("data-users", "2000")
     expect(page.get_by_test_id("map")).to_have_attribute("data-drones", "100")
-    session = context.new_cdp_session(page)
-    session.send("Performance.enable")
-    before_s, sent = script_s(session), sum(received)
-    pictures = page.evaluate(
-        COUNT_PICTURES,
-        WATCHED_S,
-    )
-    share = (script_s(session) - before_s) / WATCHED_S
-    bytes_a_s = (sum(received) - sent) / WATCHED_S
+    with watching(browser, page) as cost:
+        sent = sum(received)
+        page.wait_for_timeout(1000.0 * WATCHED_S)
+        bytes_a_s = (sum(received) - sent) / WATCHED_S
     measured = {
-        "pictures_a_s": round(pictures, 1),
-        "script_share": round(share, 3),
+        "pictures_a_s": round(cost.pictures / WATCHED_S, 1),
+        "main_ms_a_picture": round(cost.main_ms_a_picture, 1),
+        "browser_ms_a_picture": round(cost.browser_ms_a_picture, 1),
         "kb_a_s": round(bytes_a_s / 1000, 1),
     }
     print(json.dumps(measured))
     shot(page, "dashboard_load")
-    page.close()
+    context.close()
     assert 10_000 < bytes_a_s < LIMIT_BYTES_A_S
-    assert share < SCRIPT_SHARE, measured
-    assert pictures > LEAST_PICTURES_A_S, measured
-
-
-def script_s(session: object) -> float:
-    """How long the page's own script has run so far."""
-    answer = session.send("Performance.getMetrics")  # type: ignore[attr-defined]
-    return float(next(one["value"] for one in answer["metrics"] if one["name"] == "ScriptDuration"))
+    assert cost.main_ms_a_picture < MAIN_MS, measured
+    assert cost.browser_ms_a_picture < BROWSER_MS, measured
+    assert cost.pictures / WATCHED_S > LEAST_PICTURES_A_S, measured

@@ -8,8 +8,9 @@ import pytest
 from policy.agents.registry import PLANNED, POLICIES
 from policy.evaluation.tables.grid import QUICK_SLOTS, SECTIONS, Extent, make_grid
 from policy.evaluation.tables.methods import Absent, Method, find_models, pick, registered
-from policy.model.checkpoint import find_checkpoint, sha256
+from policy.model.checkpoint import find_checkpoint
 from policy.model.checkpoint_error import CheckpointError
+from policy.model.files import sha256
 
 
 @pytest.fixture

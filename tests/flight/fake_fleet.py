@@ -16,6 +16,7 @@ from gcs.ports import (
     FlightMode,
     Landed,
     SafeSetpoint,
+    SetpointSummary,
     SlotRecord,
     VehicleCommand,
     VehicleLimits,
@@ -252,6 +253,7 @@ class MemoryJournal:
     slots: list[SlotRecord] = field(default_factory=list)
     checkpoints: list[Checkpoint] = field(default_factory=list)
     decisions: list[DecisionRecord] = field(default_factory=list)
+    setpoints: dict[int, tuple[SetpointSummary, ...]] = field(default_factory=dict)
     clock: Callable[[], float] = lambda: 0.0  # when a checkpoint is taken
     checkpoint_times_s: list[float] = field(default_factory=list)
 
@@ -264,12 +266,18 @@ class MemoryJournal:
     def record_decision(self, campaign_id: str, record: DecisionRecord) -> None:
         self.decisions.append(record)
 
+    def record_setpoints(self, campaign_id: str, slot: int, told: tuple[SetpointSummary, ...]) -> None:
+        self.setpoints[slot] = told
+
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         self.checkpoints.append(checkpoint)
         self.checkpoint_times_s.append(self.clock())
 
     def settle(self) -> bool:
         return True
+
+    def durability(self) -> Callable[[], bool]:
+        return lambda: True
 
     def kinds(self) -> list[str]:
         return [event.kind for event in self.events]

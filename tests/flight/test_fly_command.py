@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -75,6 +76,23 @@ def test_a_campaign_over_sockets_and_its_files(mission: Path, tmp_path: Path, fl
     assert all(math.hypot(float(r["east_m"]) - 600.0, float(r["north_m"]) - 500.0) < 10.0 for r in first)
     assert (files["report"] / "index.html").stat().st_size > 1000
     assert "random" in done.stdout
+
+
+@pytest.mark.flight
+def test_the_reports_own_command_flies_the_same_campaign_again(mission: Path, tmp_path: Path) -> None:
+    report, way = tmp_path / "report", tmp_path / "first.csv"
+    outputs = ("--report", str(report), "--trajectory", str(way))
+    first = fly(str(mission), "--fleet", "mock", "--speedup", "max", "--seed", "3", *outputs)
+    assert first.returncode == 0, first.stderr
+    document = json.loads((report / "report.json").read_text())
+    assert [row["label"] for row in document["comparison"]] == ["random (dry run)", "random (dry run)"]
+    words = shlex.split(document["provenance"]["repeat"])
+    assert words[:5] == ["python", "-m", "gcs", "fly", "mission.toml"]
+    mission.unlink()  # the report has its own
+    command = [sys.executable, *words[1:], "--trajectory", "again.csv"]
+    again = subprocess.run(command, cwd=report, capture_output=True, text=True, timeout=170, check=False)
+    assert again.returncode == 0, again.stderr
+    assert (report / "again.csv").read_text() == way.read_text()
 
 
 @pytest.mark.parametrize(

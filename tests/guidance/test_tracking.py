@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from gcs.guidance.reference import SlotReference, slot_references
 from gcs.guidance.tracking import DEFAULT_GAINS, approach, follow, holding_point_m, keep_velocity
 from gcs.ports import UavTrack, VelocitySetpoint
-from policy.world.motion import displacement_m
+from policy.world.motion import displacement_m, slot_motion
 
 TICK_S, SLOT_S, ACCEL = 0.1, 15.0, 4.5
 
@@ -91,6 +91,20 @@ def test_the_reference_is_the_worlds_motion() -> None:
         way = displacement_m(np.array([3.0, -4.0]), np.array([18.0, 0.0]), 0.95 * ACCEL, np.array(time_s))
         point = path.at(time_s)
         assert (point.east_m - 500.0, point.north_m - 500.0) == pytest.approx(tuple(way), abs=0.02)
+
+
+def test_a_turn_into_the_next_slot_is_flown_before_this_one_ends() -> None:
+    body = LaggingMass(vel=[0.0, 18.0], wind=(4.0, 3.0))
+    now, goal, end = (np.array([pair]) for pair in ((0.0, 18.0), (0.0, 18.0), (12.0, 6.0)))
+    here = np.array([body.place])
+    limits = {"max_accel_mps2": 0.95 * ACCEL, "slot_s": SLOT_S, "start_s": 0.0}
+    (path,) = slot_references(here, now, goal, vel_end_mps=end, **limits)
+    way, vel = slot_motion(now[0], goal[0], end[0], 0.95 * ACCEL, SLOT_S, np.asarray(SLOT_S))
+    last = path.points[-1]
+    assert (last.east_m - here[0, 0], last.north_m - here[0, 1]) == pytest.approx(tuple(way), abs=0.02)
+    fly_slot(body, path)
+    assert math.dist(body.place, (last.east_m, last.north_m)) < 10.0
+    assert math.dist(body.vel, tuple(vel)) < 2.0
 
 
 def test_after_its_end_the_reference_goes_on_and_before_its_start_it_waits() -> None:

@@ -109,3 +109,18 @@ def test_a_newer_request_replaces_one_not_begun() -> None:
 def test_decision_faults(heading: list[float], speed: list[float], words: str | None) -> None:
     fault = decision_fault(Decision(JointAction(np.array(heading), np.array(speed))), 2, 18.0)
     assert fault is None if words is None else (fault is not None and words in fault)
+
+
+@pytest.mark.parametrize(
+    ("heading", "speed", "words"),
+    [
+        ([0.0, 1.0], [18.0, 0.0], None),
+        ([0.0], [18.0], "at the slot's end"),
+        ([0.0, np.nan], [1.0, 1.0], "NaN or infinity"),
+        ([0.0, 0.0], [1.0, 18.1], "18.1"),
+    ],
+)
+def test_faults_of_the_velocities_at_the_slots_end(heading: list[float], speed: list[float], words: str | None) -> None:
+    action = JointAction(np.zeros(2), np.full(2, 9.0), np.array(heading), np.array(speed))
+    fault = decision_fault(Decision(action), 2, 18.0)
+    assert fault is None if words is None else (fault is not None and words in fault)

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from policy.model.checkpoint import SHIPPED, CheckpointFiles, find_checkpoint, load_evaluator, read_card, sha256
+from policy.model.checkpoint import CheckpointFiles, find_checkpoint, load_evaluator, read_card
 from policy.model.checkpoint_error import CheckpointError
+from policy.model.files import SHIPPED, sha256
 
 
 @pytest.fixture

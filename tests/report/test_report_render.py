@@ -86,10 +86,12 @@ def test_the_same_campaign_gives_the_same_page(report: ReportData):
     assert render_page(report) == render_page(report)
 
 
-def test_three_files_are_written_and_no_halves_are_left(report: ReportData, tmp_path: Path):
+def test_all_files_are_written_and_no_halves_are_left(report: ReportData, tmp_path: Path):
     index = render_report(report, tmp_path / "new" / "folder")
     assert index.name == "index.html"
-    assert {path.name for path in index.parent.iterdir()} == {"index.html", "report.json", "trajectory.csv"}
+    written = {path.name for path in index.parent.iterdir()}
+    assert written == {"index.html", "mission.toml", "report.json", "tracks.geojson", "tracks.kml", "trajectory.csv"}
+    assert all(name in index.read_text() for name in written - {"index.html"})
 
 
 def test_the_json_is_the_contracts_result_object_with_curves_beside_it(report: ReportData, tmp_path: Path):

@@ -98,9 +98,10 @@ def test_a_kept_plan_never_gets_worse(seed: int) -> None:
     problem = problem_of(place, state_of(place, seed), how)
     good = make_plan(problem_of(place, state_of(place, seed), replace(how, beam=60, cell_m=1.0)))
     kept = make_plan(problem, good.shifted(0))
-    assert kept.value <= good.value + 1e-6
+    rounding = 8.0 * float(np.finfo(np.float32).eps) * good.value  # ages are summed in single precision, in two ways
+    assert kept.value <= good.value + rounding
     assert kept.kept_value is not None
-    assert kept.value - 1e-6 <= kept.kept_value <= good.value + 1e-6
+    assert kept.value - rounding <= kept.kept_value <= good.value + rounding
 
 
 @settings(max_examples=60, deadline=None)
@@ -228,7 +229,7 @@ def test_shifted_plans_end_open_and_bad_settings_are_refused() -> None:
     plan = make_plan(problem_of(place, state_of(place, 0)))
     kept = plan.shifted()
     assert kept.actions.tolist() == [[*plan.actions[0, 1:].tolist(), -1]]
-    assert np.array_equal(kept.start_enu_m, plan.path_enu_m[:, 0])
+    assert np.array_equal(kept.vel_enu_mps[:, :-1], plan.vel_enu_mps[:, 1:])
     with pytest.raises(ValueError, match="forward"):
         plan.shifted(-1)
     for wrong in ({"beam": 0}, {"speed_shares": ()}, {"speed_shares": (1.5,)}, {"discount": 0.0}, {"rebuilds": -1}):

@@ -4,15 +4,19 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from policy.search.kernel import search
 from policy.search.moves import make_moves
 from policy.search.planner import make_plan
+from policy.search.polish import Legs, cruise, joint_price, keep_up, polish, ways_j
 from policy.search.problem import Problem, make_problem
 from policy.search.settings import SearchSettings
 from policy.world.airspace import legal_moves
 from policy.world.geometry import pairwise_distance_m
+from policy.world.motion import slot_motion
 from policy.world.scenario import Area, Objective, Obstacle, Scenario
 from policy.world.state import JointAction, WorldState, initial_state
 from policy.world.transition import step
@@ -108,3 +112,83 @@ def test_blur_prefers_a_user_in_the_middle_of_the_disc() -> None:
     near_m = [float(np.linalg.norm(p.path_enu_m[0, 0] - state.user_pos_enu_m[0])) for p in (sure, doubtful)]
     assert near_m[1] <= place.serving_radius_m - 100.0 + 1e-3
     assert near_m[1] <= near_m[0]
+
+
+accels = st.sampled_from([2.5, 4.5, 9.0])
+velocities = st.tuples(st.floats(-12.0, 12.0), st.floats(-12.0, 12.0))
+
+
+@settings(max_examples=200, deadline=None)
+@given(velocities, velocities, velocities, accels)
+def test_a_cruise_leads_where_the_world_says(
+    start: tuple[float, float], at: tuple[float, float], end: tuple[float, float], accel: float
+) -> None:
+    legs = Legs(15.0, 18.0, accel)
+    way, vel = slot_motion(np.array(start), np.array(at), np.array(end), accel, 15.0, np.asarray(15.0))
+    changes_s = (math.dist(start, at) + math.dist(at, end)) / accel
+    east, north, found = cruise(legs, (0.0, 0.0), start, (float(way[0]), float(way[1])), end)
+    if changes_s < 14.0:  # nearer to the limit Newton's method may give up
+        assert found
+        assert vel == pytest.approx(end, abs=1e-9)
+    if found:
+        again, _ = slot_motion(np.array(start), np.array([east, north]), np.array(end), accel, 15.0, np.asarray(15.0))
+        assert again == pytest.approx(way, abs=0.02)
+
+
+def flown_with_inertia(problem: Problem, place: Scenario, slots: int) -> tuple[list[bool], list[float]]:
+    """Decide, fly, decide again: whether each move was legal, and how far from the plan each slot ended."""
+    state, kept, legal, off_m = problem.state, None, [], []
+    for _ in range(slots):
+        plan = make_plan(make_problem(place, problem.moves, state, problem.settings), kept)
+        action = plan.first_action
+        end_mps = action.end_vel_enu_mps
+        at = state.uav_pos_enu_m, state.uav_vel_enu_mps
+        legal.append(bool(np.all(legal_moves(*at, action.vel_enu_mps, place, end_mps))))
+        state, outcome = step(place, state, action, state.user_pos_enu_m)
+        off_m.append(float(np.max(np.abs(state.uav_pos_enu_m - plan.path_enu_m[:, 0]))))
+        legal.append(not np.any(outcome.left_area | outcome.hit_obstacle))
+        kept = plan.shifted()
+    return legal, off_m
+
+
+@settings(max_examples=10, deadline=None)
+@given(seed=st.integers(0, 10_000), num_uavs=st.integers(1, 3), accel=accels, walled=st.booleans())
+def test_with_inertia_every_slot_is_legal_and_ends_where_planned(
+    seed: int, num_uavs: int, accel: float, walled: bool
+) -> None:
+    wall = Obstacle("wall", 150.0, ((300.0, 300.0), (420.0, 320.0), (400.0, 450.0)))
+    place = scenario(num_uavs, (wall,) if walled else ()).with_accel(accel)
+    legal, off_m = flown_with_inertia(problem_of(place, seed, POLISHED), place, 5)
+    assert all(legal)
+    assert max(off_m) < 0.05
+
+
+def test_with_inertia_polishing_pays_and_turns_before_the_slot_ends() -> None:
+    place = scenario(2).with_accel(4.5)
+    values = [[make_plan(problem_of(place, s, how)).value for s in range(6)] for how in (COARSE, POLISHED)]
+    assert np.mean(values[1]) < np.mean(values[0])
+    actions = [make_plan(problem_of(place, s, POLISHED)).first_action for s in range(6)]
+    assert max(float(np.max(np.abs(a.end_vel_enu_mps - a.vel_enu_mps))) for a in actions) > 2.0
+
+
+def test_a_uav_blown_off_its_plan_comes_back_to_it() -> None:
+    place = scenario(1).with_accel(4.5)
+    problem = problem_of(place, 3, POLISHED)
+    plan = make_plan(problem)
+    off = replace(problem.state, uav_pos_enu_m=problem.state.uav_pos_enu_m + 4.0)
+    again = make_plan(make_problem(place, problem.moves, off, POLISHED), plan.shifted(0))
+    assert again.value <= plan.value * 1.05
+    assert again.kept_value is not None
+
+
+def test_nothing_is_compiled_anew_for_a_state_of_another_layout() -> None:
+    place = scenario(2).with_accel(4.5)
+    problem = problem_of(place, 1, POLISHED)
+    kept = make_plan(problem).shifted(0)
+    make_plan(problem, kept)
+    compiled = {f: len(f.signatures) for f in (search, polish, keep_up, joint_price, ways_j, cruise)}
+    wide = np.zeros((2, 4))
+    wide[:, ::2] = problem.state.uav_pos_enu_m
+    state = replace(problem.state, uav_pos_enu_m=wide[:, ::2], uav_vel_enu_mps=np.zeros((2, 4))[:, ::2])
+    make_plan(make_problem(place, problem.moves, state, POLISHED), kept)
+    assert {f: len(f.signatures) for f in compiled} == compiled

@@ -1,5 +1,6 @@
 """The service in process: one agent a campaign, idempotent, safe from several threads."""
 
+import json
 import threading
 from dataclasses import replace
 
@@ -9,6 +10,8 @@ import pytest
 from policy.agents.base import Decision
 from policy.agents.registry import PolicyChoice, UnknownPolicyError
 from policy.service import PolicyFaultError, PolicyService, StateError, UnknownCampaignError
+from policy.service.validity import fault_in
+from policy.service.wire import DecisionWire, decision_document, decision_from
 from policy.world.scenario import Scenario
 from policy.world.state import JointAction, WorldState
 from policy.world.transition import step
@@ -136,3 +139,15 @@ def test_many_threads_on_few_campaigns(scenario, state):
         thread.join()
     assert {len(given) for given in answers.values()} == {12}
     assert {len(set(given)) for given in answers.values()} == {1}
+
+
+def test_velocities_at_the_slots_end_travel_and_are_checked(scenario, state):
+    count = scenario.num_uavs
+    action = JointAction(np.zeros(count), np.full(count, 9.0), np.full(count, 0.5), np.full(count, 4.0))
+    document = decision_document("c", 0, "fixed", Decision(action), 1.0)
+    back = decision_from(DecisionWire.model_validate_json(json.dumps(document))).action
+    assert np.array_equal(back.end_vel_enu_mps, action.end_vel_enu_mps)
+    assert fault_in(scenario, Decision(action)) is None
+    for heading, speed in ((np.nan, 4.0), (0.5, 99.0), (0.5, -1.0)):
+        wrong = JointAction(action.heading_rad, action.speed_mps, np.full(count, heading), np.full(count, speed))
+        assert "at the slot's end" in fault_in(scenario, Decision(wrong))

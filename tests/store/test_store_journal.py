@@ -149,6 +149,71 @@ def test_a_failing_store_is_told_and_nothing_is_lost_once_it_is_back(impatient: 
         ]
 
 
+def test_what_follows_from_a_record_is_told_when_it_is_written_or_the_store_is_known_to_fail(impatient: Engine) -> None:
+    tail = EventTail()
+    journal = StoreJournal(impatient, tail)
+    may_be_told = journal.durability()
+    assert may_be_told(), "nothing was recorded"
+    with locked(impatient):
+        journal.record(Event(1.0, "campaign.state", "flying"))
+        later = journal.durability()
+        seen: list[str] = []
+        until_s = time.monotonic() + WAIT_S
+        while not (told := later()) and time.monotonic() < until_s:
+            seen += [numbered.event.kind for numbered in tail.since(0)]
+        assert told
+        assert not journal.health().ok, "only because the store fails"
+    assert journal.flush(WAIT_S)
+    assert journal.durability()()
+    assert journal.close(WAIT_S)
+    assert [numbered.event.kind for numbered in tail.since(0)][:2] == ["campaign.state", "store.failing"]
+
+
+def test_an_event_is_told_after_it_is_committed(store: Store) -> None:
+    """Whoever hears of an event finds it in the store through a connection of his own."""
+    other = open_engine(store.engine.url.render_as_string(hide_password=False))
+    told = 0
+    for index in range(50):
+        store.journal.record(Event(float(index), "plan.late", f"late {index}"))
+        with other.connect() as connection:
+            told = len(store.tail.since(0))
+            kept = connection.execute(text("SELECT count(*) FROM events")).scalar_one()
+        assert kept >= told
+    other.dispose()
+
+
+def test_a_full_disk_is_told_keeps_nobody_waiting_and_loses_nothing(tmp_path: Path) -> None:
+    """SQLite itself says that the disk is full: its file may not grow any more."""
+    engine = open_engine(f"sqlite:///{tmp_path / 'full.sqlite3'}")
+    upgrade(engine)
+    engine.dispose()
+    room = {"pages": 0}
+    event.listen(engine, "connect", lambda c, _: c.execute(f"PRAGMA max_page_count={room['pages'] or 1_000_000}"))
+    room["pages"] = 1
+    tail = EventTail()
+    journal = StoreJournal(engine, tail)
+    longest_s = 0.0
+    for index in range(400):
+        began_s = time.monotonic()
+        journal.record(Event(float(index), "plan.late", "x" * 400))
+        if index % 100 == 99:
+            journal.settle()
+        longest_s = max(longest_s, time.monotonic() - began_s)
+    until_s = time.monotonic() + WAIT_S
+    while journal.health().ok and time.monotonic() < until_s:
+        time.sleep(0.01)
+    assert "full" in journal.health().error
+    assert longest_s < 1.0
+    room["pages"] = 0
+    engine.dispose()  # somebody made room
+    assert journal.flush(WAIT_S)
+    assert journal.close(WAIT_S)
+    with engine.connect() as connection:
+        kinds = connection.execute(text("SELECT kind FROM events ORDER BY id")).scalars().all()
+    assert kinds == ["plan.late"] * 400 + ["store.recovered"]
+    assert "store.failing" in {numbered.event.kind for numbered in tail.since(0)}
+
+
 def test_a_record_that_no_store_takes_is_dropped_alone(store: Store) -> None:
     for told in (Event(1.0, "a", "first"), Event(2.0, "b", "huge", system_id=10**30), Event(3.0, "c", "last")):
         store.journal.record(told)

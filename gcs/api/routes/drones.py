@@ -98,8 +98,11 @@ def _require(context: ApiContext, system_id: int) -> VehicleStatus:
 
 def _view(context: ApiContext, vehicle: VehicleStatus) -> VehicleView:
     snapshot = context.control.snapshot()
-    frame = None if snapshot.campaign is None else context.catalog.frame(snapshot.campaign.campaign_id)
-    return vehicle_view(vehicle, snapshot.time_s, frame, context.store.tail.verdicts().get(vehicle.system_id))
+    campaign_id = None if snapshot.campaign is None else snapshot.campaign.campaign_id
+    frame = None if campaign_id is None else context.catalog.frame(campaign_id)
+    battery_j = None if campaign_id is None else context.catalog.battery_j(campaign_id)
+    verdict = context.store.tail.verdicts().get(vehicle.system_id)
+    return vehicle_view(vehicle, snapshot.time_s, frame, verdict, battery_j)
 
 
 def _verdict_body(verdict: Verdict) -> VerdictBody:

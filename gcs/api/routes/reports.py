@@ -1,5 +1,6 @@
 """A campaign's report, assembled from its recorded slots and events."""
 
+import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -16,7 +17,11 @@ from gcs.api.problems import Problem
 from gcs.api.report_facts import foretold, violations_of
 from gcs.api.routes.campaigns import CampaignId, require, state_of
 from gcs.ports import Event, Severity, SlotRecord
-from gcs.report import Provenance, ReportData, render_page
+from gcs.report import ReportData, render_page
+from gcs.report.document import report_document
+from gcs.report.paper_row import paper_rows
+from gcs.report.repeat import provenance
+from gcs.report.tracks import geojson, kml
 from gcs.report.trajectory import trajectory_csv
 from gcs.store.jsonable import jsonable
 from gcs.store.reading import EventFilter
@@ -24,6 +29,8 @@ from gcs.store.records import CampaignRecord, EventRecord
 
 router = APIRouter(prefix="/campaigns/{campaign_id}", tags=["campaigns"])
 MAX_EVENTS = 10_000
+OTHER_FORMS = "?format=json, csv, geojson or kml of this address; the mission below, saved as mission.toml"
+AGAIN = "python -m gcs fly mission.toml --fleet mock --speedup max"  # a stand-in for the real fleet
 
 
 class ReportFormat(StrEnum):
@@ -32,6 +39,8 @@ class ReportFormat(StrEnum):
     JSON = "json"
     CSV = "csv"
     HTML = "html"
+    GEOJSON = "geojson"
+    KML = "kml"
 
 
 @router.get("/report", response_class=Response)
@@ -41,25 +50,35 @@ def report(
     format: ReportFormat = ReportFormat.JSON,  # noqa: A002 the contract's name
     places: bool = True,
 ) -> Response:
-    """Metrics, per-slot series and events; CSV as ``--trajectory`` writes it, HTML as one page.
+    """Metrics, per-slot series and events; CSV as ``--trajectory`` writes it, HTML as one page, GeoJSON and KML tracks.
 
-    ``places=false`` leaves out where users were, which is personal data (JSON and CSV).
+    ``places=false`` leaves out where users were, which is personal data (all but HTML).
     """
     record = require(context, campaign_id)
     slots = context.store.slots.of(campaign_id)
     if not places and format is ReportFormat.HTML:
-        raise Problem(422, "places: an HTML report shows users on its map; ask for format=json or csv without places")
+        raise Problem(422, "places: an HTML report shows users on its map; ask for another format without places")
     if not places:
         slots = [_without_places(slot) for slot in slots]
     match format:
         case ReportFormat.JSON:
             return JSONResponse(_document(context, record, slots))
         case ReportFormat.CSV:
-            headers = {"content-disposition": f'attachment; filename="campaign-{campaign_id}.csv"'}
-            return Response(trajectory_csv(slots), media_type="text/csv; charset=utf-8", headers=headers)
+            return _file(campaign_id, "csv", "text/csv; charset=utf-8", trajectory_csv(slots))
         case ReportFormat.HTML:
-            page = render_page(_report_data(context, record, slots))
+            page = render_page(_report_data(context, record, slots), OTHER_FORMS)
             return HTMLResponse(page, headers={"content-security-policy": REPORT_POLICY})
+        case ReportFormat.GEOJSON:
+            tracks = json.dumps(geojson(_report_data(context, record, slots), users=places), allow_nan=False)
+            return _file(campaign_id, "geojson", "application/geo+json", tracks)
+        case ReportFormat.KML:
+            marks = kml(_report_data(context, record, slots), users=places)
+            return _file(campaign_id, "kml", "application/vnd.google-earth.kml+xml", marks)
+
+
+def _file(campaign_id: str, suffix: str, media_type: str, text: str) -> Response:
+    headers = {"content-disposition": f'attachment; filename="campaign-{campaign_id}.{suffix}"'}
+    return Response(text, media_type=media_type, headers=headers)
 
 
 def _document(context: ApiContext, record: CampaignRecord, slots: Sequence[SlotRecord]) -> object:
@@ -73,7 +92,14 @@ def _document(context: ApiContext, record: CampaignRecord, slots: Sequence[SlotR
             "slots": [asdict(slot) for slot in slots],
             "events": [EventView(**asdict(event)).model_dump(mode="json") for event in _events(context, record)],
         }
+        | (_beside(_report_data(context, record, slots)) if slots else {})
     )
+
+
+def _beside(data: ReportData) -> dict[str, object]:
+    """What ``report.json`` of a headless flight also has: the comparison, sums, and how to fly it again."""
+    document = report_document(data)
+    return {name: document[name] for name in ("comparison", "violations", "uav_totals", "user_totals", "provenance")}
 
 
 def _without_places(slot: SlotRecord) -> SlotRecord:
@@ -91,13 +117,15 @@ def _report_data(context: ApiContext, record: CampaignRecord, slots: Sequence[Sl
         policy=record.policy,
         scenario=mission.scenario,
         records=tuple(slots),
-        comparison=foretold(context.dry_runs.forecast_for(dict(record.document))),
+        comparison=foretold(context.dry_runs.forecast_for(dict(record.document))) + paper_rows(mission),
         events=events,
         violations=violations_of(events),
-        provenance=Provenance(
-            mission=record.document,
-            checkpoint=mission.checkpoint or "",
-            versions={"gcs": context.settings.version},
+        provenance=provenance(
+            mission,
+            policy=record.policy,
+            checkpoint=mission.checkpoint,
+            repeat="" if mission.users.kind == "live" else AGAIN,
+            seed=0,
             begun_utc=record.created_at.isoformat(timespec="seconds"),
         ),
         state=state_of(context, record),

@@ -5,7 +5,7 @@ import type { CampaignStatic, CampaignView, EventMessage, SnapshotMessage, UserV
 export const vehicle = (change: Partial<VehicleView>): VehicleView => ({
   system_id: 1, autopilot: "px4", mode: "guided", mode_name: "OFFBOARD", armed: true, landed: "in_air", position_ready: true,
   lat_deg: 40.42, lon_deg: -86.93, east_m: 100, north_m: 200, alt_home_m: 120, vel_ned_mps: [0, 10, 0], yaw_rad: 0,
-  heading_deg: 90, speed_mps: 10, battery_fraction: 0.8, battery_v: 22, loss_ratio: 0, heartbeat_age_s: 0.3, position_age_s: 0.1,
+  heading_deg: 90, speed_mps: 10, battery_fraction: 0.8, return_fraction: 0.1, battery_v: 22, loss_ratio: 0, heartbeat_age_s: 0.3, position_age_s: 0.1,
   address: "udp", last_verdict: null, texts: [], ...change,
 });
 

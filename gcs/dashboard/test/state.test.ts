@@ -6,8 +6,8 @@ import { campaign, event, ground, snapshot, user } from "./samples";
 const hello = { type: "hello", version: "0", role: "operator", actor: "me", rate_hz: 5, topics: [], campaign: ground() } as const;
 
 beforeEach(() => {
-  state.area.value = null;
-  state.events.value = [];
+  state.flight.area.value = null;
+  state.flight.events.value = [];
   state.acknowledged.value = new Map();
   state.opened();
   state.receive({ ...hello, topics: [] }, 0);

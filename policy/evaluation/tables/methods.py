@@ -6,16 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from policy.agents.registry import LEARNED, PLANNED, POLICIES, PolicyChoice
-from policy.model.checkpoint import (
-    DEFAULT_NAME,
-    SHIPPED,
-    CheckpointFiles,
-    check_digest,
-    find_checkpoint,
-    read_card,
-    sha256,
-)
+from policy.model.checkpoint import DEFAULT_NAME, CheckpointFiles, find_checkpoint, read_card
 from policy.model.checkpoint_error import CheckpointError
+from policy.model.files import SHIPPED, check_digest, sha256
 
 STRAYING = "random, may leave the map"
 """The paper's Random draws from all nine actions; ours draws from those that stay inside."""

@@ -1,5 +1,6 @@
 /** What is wrong now: conditions read from the snapshot, and events until someone has acknowledged them. */
 
+import { batteryAlert } from "./battery";
 import { HEARTBEAT_LIMIT_S, POSITION_LIMIT_S } from "./freshness";
 import type { EventMessage, Severity, SnapshotMessage, VehicleView } from "./types";
 
@@ -12,8 +13,6 @@ export interface Alert {
   timeS: number | null; // of the event
 }
 
-export const BATTERY_WARNING = 0.15;
-export const BATTERY_CAUTION = 0.3;
 export const LOSS_CAUTION = 0.2;
 
 const RANK: Record<Severity, number> = { warning: 0, caution: 1, info: 2 };
@@ -25,12 +24,12 @@ export function vehicleAlerts(vehicle: VehicleView): Alert[] {
   const add = (severity: Severity, what: string, text: string): void => {
     found.push({ key: `${id}:${what}`, severity, text: `UAV ${id}: ${text}`, systemId: id, sequence: null, timeS: null });
   };
-  const { heartbeat_age_s: heartbeat, position_age_s: position, battery_fraction: battery } = vehicle;
+  const { heartbeat_age_s: heartbeat, position_age_s: position } = vehicle;
+  const battery = batteryAlert(vehicle);
   if (heartbeat === null) add("caution", "silent", "never heard");
   else if (heartbeat > HEARTBEAT_LIMIT_S) add("warning", "silent", `no heartbeat for ${heartbeat.toFixed(0)} s`);
   else if (vehicle.armed && (position === null || position > POSITION_LIMIT_S)) add("warning", "position", "position is old");
-  if (battery !== null && battery < BATTERY_WARNING) add("warning", "battery", `battery at ${(100 * battery).toFixed(0)}%`);
-  else if (battery !== null && battery < BATTERY_CAUTION) add("caution", "battery", `battery at ${(100 * battery).toFixed(0)}%`);
+  if (battery !== null) add(battery[0], "battery", battery[1]);
   if (vehicle.mode === "pilot" && vehicle.armed) add("caution", "pilot", `flown by a pilot (${vehicle.mode_name})`);
   if (vehicle.loss_ratio > LOSS_CAUTION) add("caution", "loss", `loses ${(100 * vehicle.loss_ratio).toFixed(0)}% of its messages`);
   return found;

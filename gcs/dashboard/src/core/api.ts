@@ -2,6 +2,7 @@
 
 import type { Explanation } from "./explanation";
 import type { DryRun } from "./forecast";
+import type { Recording, SlotsPage } from "./recording";
 import type { SeriesPoint } from "./series";
 import type { CampaignStatic } from "./types";
 
@@ -51,7 +52,25 @@ export interface CommandAnswer {
 }
 
 /** What is to be created or flown dry: a mission at hand, a whole document, or (dry only) a campaign. */
-export type MissionBody = { mission: string; policy?: string } | { campaign: string } | Record<string, unknown>;
+export type MissionBody = { mission: string; policy?: string; checkpoint?: string } | { campaign: string } | Record<string, unknown>;
+
+export interface MapTiles {
+  kind: "none" | "tiles" | "pmtiles";
+  url: string | null;
+  attribution: string;
+}
+
+export interface PreflightLine {
+  system_id: number; // 0: a drone that nobody has heard
+  check: string;
+  grade: "ok" | "caution" | "red";
+  reason: string;
+}
+
+export interface Preflight {
+  ok: boolean;
+  lines: PreflightLine[];
+}
 
 export type CampaignAct = "start" | "pause" | "resume" | "abort";
 
@@ -76,10 +95,16 @@ export class Api {
   forecast = (id: string): Promise<Answer<DryRun>> => this.ask("GET", `campaigns/${encodeURIComponent(id)}/forecast`);
   series = (id: string): Promise<Answer<SeriesPoint[]>> => this.ask("GET", `campaigns/${encodeURIComponent(id)}/series`);
   explanation = (id: string): Promise<Answer<Explanation>> => this.ask("GET", `campaigns/${encodeURIComponent(id)}/explanation`);
+  recording = (id: string): Promise<Answer<Recording>> => this.ask("GET", `campaigns/${encodeURIComponent(id)}/recording`);
+  recordedSlots = (id: string, first: number): Promise<Answer<SlotsPage>> =>
+    this.ask("GET", `campaigns/${encodeURIComponent(id)}/recording/slots?first=${first}`);
   acknowledge = (sequence: number, time_s: number): Promise<Answer<{ by: string }>> =>
     this.ask("POST", "acknowledgements", { sequence, time_s });
-  act = (id: string, act: CampaignAct): Promise<Answer<unknown>> =>
-    this.ask("POST", `campaigns/${encodeURIComponent(id)}/${act}`);
+  act = (id: string, act: CampaignAct, override = false): Promise<Answer<unknown>> =>
+    this.ask("POST", `campaigns/${encodeURIComponent(id)}/${act}${override ? "?override=true" : ""}`);
+  preflight = (id: string): Promise<Answer<Preflight>> => this.ask("GET", `campaigns/${encodeURIComponent(id)}/preflight`);
+  mapTiles = (): Promise<Answer<MapTiles>> => this.ask("GET", "map");
+  urlOf = (path: string): string => new URL(this.base + path, location.href).href;
   command = (systemId: number, command: string): Promise<Answer<CommandAnswer>> =>
     this.ask("POST", `drones/${systemId}/commands`, { command });
   emergencyStop = (): Promise<Answer<unknown>> => this.ask("POST", "emergency-stop");

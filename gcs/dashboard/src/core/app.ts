@@ -41,7 +41,7 @@ export function start(): void {
   stream.connect();
   let asked: string | null = null;
   effect(() => {
-    const campaign = state.area.value;
+    const campaign = state.flight.area.value;
     if (campaign === null || campaign.campaign_id === asked || campaign.campaign_id === DRAFT_ID) return;
     asked = campaign.campaign_id;
     void fillCurves(campaign.campaign_id);
@@ -58,7 +58,7 @@ async function fillCurves(campaignId: string): Promise<void> {
 
 /** Which decision is to be explained: asked for once a slot, and only while somebody looks at a drone. */
 const whyAsked = computed(() => {
-  const campaign = state.snapshot.value?.campaign ?? null;
+  const campaign = state.flight.snapshot.value?.campaign ?? null;
   return campaign === null || state.selected.value === null ? null : `${campaign.campaign_id} ${campaign.slot}`;
 });
 

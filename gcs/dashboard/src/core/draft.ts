@@ -71,6 +71,10 @@ export function withDraft(document: MissionDocument, draft: Draft): MissionDocum
 export const withPolicy = (document: MissionDocument, policy: string): MissionDocument =>
   policy === "" ? document : { ...document, policy: { name: policy } };
 
+/** The document flown with another trained model of its policy. */
+export const withCheckpoint = (document: MissionDocument, file: string): MissionDocument =>
+  file === "" ? document : { ...document, policy: { ...table(document, "policy"), checkpoint: file } };
+
 /** What the map shows of it; numbers that only the server knows are left at 0. */
 export function previewOf(draft: Draft, document: MissionDocument): CampaignStatic {
   const [frame, size, fleet] = [frameAt(draft.southWest), sizeM(draft), table(document, "fleet")];

@@ -4,8 +4,7 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 
 import { fromFile, toGeoJson, toPlan } from "./areaFiles";
 import { api } from "./app";
-import { isOver } from "./campaigns";
-import { DRAFT_ID, draftOf, previewOf, withDraft, withPolicy, type Draft, type LngLat, type MissionDocument } from "./draft";
+import { DRAFT_ID, draftOf, previewOf, withCheckpoint, withDraft, withPolicy, type Draft, type LngLat, type MissionDocument } from "./draft";
 import { clicked, closedObstacle, IDLE, tookBack, type Drawing, type Tool } from "./drawing";
 import * as state from "./state";
 import type { CampaignStatic } from "./types";
@@ -16,23 +15,20 @@ export const base = signal<MissionDocument>({});
 let before: CampaignStatic | null = null;
 export const notes = signal<readonly string[]>([]);
 
-/** While UAVs fly, the map is theirs. */
-export const inTheAir = computed(() => {
-  const campaign = state.snapshot.value?.campaign ?? null;
-  return campaign !== null && !isOver(campaign.state);
-});
+/** While UAVs fly, or a recording is shown, the map is theirs. */
+export const mapTaken = computed(() => state.inTheAir.value || state.replaying.value);
 
 effect(() => {
   const drawn = draft.value;
   const document = base.value;
-  if (drawn !== null && !inTheAir.value) untracked(() => state.preview(previewOf(drawn, document)));
+  if (drawn !== null && !mapTaken.value) untracked(() => state.preview(previewOf(drawn, document)));
 });
 
 /** Begin with a mission's own area. */
 export async function open(mission: string): Promise<void> {
   const answer = await api.missionDocument(mission);
   if (!answer.ok) return void (notes.value = [answer.reason]);
-  before = state.area.value;
+  before = state.flight.area.value;
   base.value = answer.value;
   notes.value = [];
   draft.value = draftOf(answer.value);
@@ -41,14 +37,14 @@ export async function open(mission: string): Promise<void> {
 /** Back to what was shown before. */
 export function close(): void {
   draft.value = null;
-  if (state.area.value?.campaign_id === DRAFT_ID) state.preview(before);
+  if (state.flight.area.value?.campaign_id === DRAFT_ID) state.preview(before);
   drawing.value = IDLE;
   notes.value = [];
 }
 
 /** The mission as drawn. */
-export const drawnDocument = (drawn: Draft, name: string, policy: string): MissionDocument => {
-  const document = withPolicy(withDraft(base.value, drawn), policy);
+export const drawnDocument = (drawn: Draft, name: string, policy: string, checkpoint: string): MissionDocument => {
+  const document = withCheckpoint(withPolicy(withDraft(base.value, drawn), policy), checkpoint);
   return { ...document, campaign: { ...(document["campaign"] as object), name } };
 };
 

@@ -1,8 +1,13 @@
-/** Everything that the page knows, as signals; `receive` is the only way in for what the server says. */
+/**
+ * Everything that the page knows, as signals; `receive` is the only way in for what the server says. What is shown is
+ * the flight, or a recording in its place (`replayed`): the flight goes on being received meanwhile, and alerts, sound
+ * and the emergency stop always belong to it.
+ */
 
 import { batch, computed, signal } from "@preact/signals";
 
 import { allAlerts } from "./alerts";
+import { isOver } from "./campaigns";
 import { merged } from "./delta";
 import { linkState } from "./freshness";
 import type { Explanation } from "./explanation";
@@ -14,14 +19,43 @@ import type { CampaignStatic, EventMessage, HelloMessage, PlanView, ServerMessag
 export const KEPT_EVENTS = 500;
 
 export const hello = signal<HelloMessage | null>(null);
-export const area = signal<CampaignStatic | null>(null);
-export const snapshot = signal<SnapshotMessage | null>(null);
-export const users = signal<readonly UserView[]>([]);
-export const trails = signal<Trails>(new Map());
-/** What each drone does in the present slot; the same array while nothing in it changes. */
-export const plans = signal<readonly PlanView[]>([]);
-export const points = signal<readonly Point[]>([]);
-export const events = signal<readonly EventMessage[]>([]);
+
+/** What is looked at: one whole picture, of the flight or of a recording. */
+export interface Shown {
+  area: CampaignStatic | null;
+  snapshot: SnapshotMessage | null;
+  users: readonly UserView[];
+  trails: Trails;
+  /** What each drone does in the present slot; the same array while nothing in it changes. */
+  plans: readonly PlanView[];
+  points: readonly Point[];
+  events: readonly EventMessage[];
+}
+
+/** The flight itself, whatever is shown. */
+export const flight = {
+  area: signal<CampaignStatic | null>(null),
+  snapshot: signal<SnapshotMessage | null>(null),
+  users: signal<readonly UserView[]>([]),
+  trails: signal<Trails>(new Map()),
+  plans: signal<readonly PlanView[]>([]),
+  points: signal<readonly Point[]>([]),
+  events: signal<readonly EventMessage[]>([]),
+};
+
+/** The recording that is shown in the flight's place, at its present moment. */
+export const replayed = signal<Shown | null>(null);
+export const replaying = computed(() => replayed.value !== null);
+
+const shown = <K extends keyof Shown>(name: K) => computed((): Shown[K] => replayed.value?.[name] ?? (flight[name].value as Shown[K]));
+
+export const area = shown("area");
+export const snapshot = shown("snapshot");
+export const users = shown("users");
+export const trails = shown("trails");
+export const plans = shown("plans");
+export const points = shown("points");
+export const events = shown("events");
 export const missedEvents = signal(0);
 /** Events that somebody has taken note of, and who. */
 export const acknowledged = signal<ReadonlyMap<number, string>>(new Map());
@@ -43,8 +77,17 @@ export const silenceS = computed(() =>
 );
 export const link = computed(() => linkState(open.value, everOpen.value, silenceS.value));
 export const live = computed(() => link.value === "live");
-export const alerts = computed(() => allAlerts(snapshot.value, events.value, acknowledged.value));
-export const foretold = computed(() => forecastPoints(forecast.value));
+/** Values may be shown as they are: live, or a recording that says so of itself. */
+export const current = computed(() => live.value || replaying.value);
+export const alerts = computed(() => allAlerts(flight.snapshot.value, flight.events.value, acknowledged.value));
+/** Somebody flies a campaign now. */
+export const inTheAir = computed(() => {
+  const campaign = flight.snapshot.value?.campaign ?? null;
+  return campaign !== null && !isOver(campaign.state);
+});
+export const foretold = computed(() => forecastPoints(replaying.value ? null : forecast.value));
+/** Why the drones do what they do; a recording does not say. */
+export const reasons = computed(() => (replaying.value ? null : explanation.value));
 export const mayFly = computed(() => hello.value !== null && hello.value.role !== "viewer");
 
 export function opened(): void {
@@ -72,7 +115,7 @@ export function receive(message: ServerMessage, atMs: number): void {
         takeSnapshot(message);
         break;
       case "delta":
-        if (snapshot.value !== null) takeSnapshot(merged(snapshot.value, message));
+        if (flight.snapshot.value !== null) takeSnapshot(merged(flight.snapshot.value, message));
         break;
       case "event":
         takeEvent(message);
@@ -85,21 +128,21 @@ export function receive(message: ServerMessage, atMs: number): void {
 
 /** Curves of slots that were flown before the page was opened. */
 export function receiveRecord(campaignId: string, record: readonly SeriesPoint[]): void {
-  if (area.value?.campaign_id === campaignId) points.value = withRecord(points.value, record);
+  if (flight.area.value?.campaign_id === campaignId) flight.points.value = withRecord(flight.points.value, record);
 }
 
 /** The forecast of a campaign, or null when it has none. */
 export function receiveForecast(campaignId: string, value: Forecast | null): void {
-  if (area.value?.campaign_id === campaignId) forecast.value = value;
+  if (flight.area.value?.campaign_id === campaignId) forecast.value = value;
 }
 
 export function receiveExplanation(value: Explanation): void {
-  if (area.value?.campaign_id === value.campaign_id) explanation.value = value;
+  if (flight.area.value?.campaign_id === value.campaign_id) explanation.value = value;
 }
 
 /** Show a campaign that is not in the air (yet), or none; the stream takes over when another one starts. */
 export function preview(campaign: CampaignStatic | null): void {
-  batch(() => (campaign === null ? (area.value = null) : enter(campaign)));
+  batch(() => (campaign === null ? (flight.area.value = null) : enter(campaign)));
 }
 
 export function acknowledge(sequence: number, by: string): void {
@@ -107,13 +150,13 @@ export function acknowledge(sequence: number, by: string): void {
 }
 
 function enter(campaign: CampaignStatic): void {
-  const another = campaign.campaign_id !== area.value?.campaign_id;
-  area.value = campaign;
+  const another = campaign.campaign_id !== flight.area.value?.campaign_id;
+  flight.area.value = campaign;
   if (!another) return;
-  points.value = [];
-  users.value = flownUsers?.campaignId === campaign.campaign_id ? flownUsers.users : [];
-  plans.value = [];
-  trails.value = new Map();
+  flight.points.value = [];
+  flight.users.value = flownUsers?.campaignId === campaign.campaign_id ? flownUsers.users : [];
+  flight.plans.value = [];
+  flight.trails.value = new Map();
   forecast.value = null;
   explanation.value = null;
 }
@@ -122,29 +165,29 @@ function enter(campaign: CampaignStatic): void {
 let flownUsers: { campaignId: string; users: readonly UserView[] } | null = null;
 
 function takeSnapshot(message: SnapshotMessage): void {
-  snapshot.value = message;
+  flight.snapshot.value = message;
   const campaign = message.campaign;
   if (campaign?.users != null) flownUsers = { campaignId: campaign.campaign_id, users: campaign.users };
-  if (campaign === null || campaign.campaign_id !== area.value?.campaign_id) return; // metres of another area
-  trails.value = withPlaces(trails.value, message.vehicles);
-  if (JSON.stringify(campaign.plans) !== JSON.stringify(plans.value)) plans.value = campaign.plans;
-  if (campaign.users !== null) users.value = campaign.users;
-  points.value = withSnapshot(points.value, campaign, meanAoi(users.value));
+  if (campaign === null || campaign.campaign_id !== flight.area.value?.campaign_id) return; // metres of another area
+  flight.trails.value = withPlaces(flight.trails.value, message.vehicles);
+  if (JSON.stringify(campaign.plans) !== JSON.stringify(flight.plans.value)) flight.plans.value = campaign.plans;
+  if (campaign.users !== null) flight.users.value = campaign.users;
+  flight.points.value = withSnapshot(flight.points.value, campaign, meanAoi(flight.users.value));
 }
 
 function takeEvent(event: EventMessage): void {
-  const newest = events.value[0];
+  const newest = flight.events.value[0];
   if (newest !== undefined && event.sequence <= newest.sequence) {
-    const known = events.value.find((one) => one.sequence === event.sequence);
+    const known = flight.events.value.find((one) => one.sequence === event.sequence);
     if (known === undefined || sameEvent(known, event)) return; // told again after a reconnect
-    events.value = []; // another server, which numbers its events anew
+    flight.events.value = []; // another server, which numbers its events anew
     acknowledged.value = new Map();
   } else if (newest !== undefined && event.sequence > newest.sequence + 1) {
     missedEvents.value += event.sequence - newest.sequence - 1;
   }
   const noted = event.kind === "alert.acknowledged" ? event.data["sequence"] : null;
   if (typeof noted === "number") acknowledge(noted, event.actor);
-  events.value = keep([event, ...events.value]);
+  flight.events.value = keep([event, ...flight.events.value]);
 }
 
 const sameEvent = (a: EventMessage, b: EventMessage): boolean =>

@@ -60,6 +60,7 @@ export interface VehicleView {
   heading_deg: number;
   speed_mps: number;
   battery_fraction: number | null;
+  return_fraction: number | null;
   battery_v: number | null;
   loss_ratio: number;
   heartbeat_age_s: number | null;

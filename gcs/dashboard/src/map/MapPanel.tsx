@@ -17,11 +17,13 @@ import { Legend } from "../ui/Legend";
 import { drawLaunch } from "./icons";
 import { layers, mapStyle, type SourceName } from "./layers";
 import { Overlay, type Moving } from "./overlay";
+import { addTiles } from "./tiles";
 import { drawingScene, EMPTY, groundScene, userScene, type Scene } from "./scene";
 
 setWorkerUrl(workerUrl);
 
 const failure = signal<string | null>(null);
+const tilesFailure = signal<string | null>(null);
 const follow = signal(false);
 
 export function MapPanel() {
@@ -51,10 +53,11 @@ export function MapPanel() {
         data-drones={area === null ? 0 : (state.snapshot.value?.vehicles.length ?? 0)}
         data-users={state.users.value.length}
         data-obstacles={area?.obstacles.length ?? 0}
-        data-why-lines={whyLines(explained(state.explanation.value, state.selected.value), state.users.value).length}
+        data-why-lines={whyLines(explained(state.reasons.value, state.selected.value), state.users.value).length}
       />
       {failure.value !== null && <p class="map-note">The map cannot be drawn here ({failure.value}). Everything else works.</p>}
       {area === null && <p class="map-note">No campaign yet: choose a mission and create one.</p>}
+      {tilesFailure.value !== null && <p class="map-note low">No map below the campaign: {tilesFailure.value}</p>}
       <div class="map-tools">
         <button type="button" disabled={area === null} onClick={() => view.current && area && fit(view.current, area)}>Whole area</button>
         <button type="button" aria-pressed={follow.value} disabled={state.selected.value === null} onClick={() => (follow.value = !follow.value)}>
@@ -96,6 +99,7 @@ function feed(map: MapView): () => void {
   });
   stops.push(effect(() => overlay.show(moving())));
   const begin = (): void => {
+    void addTiles(map).then((reason) => (tilesFailure.value = reason));
     const { area, users } = state;
     stops.push(effect(() => repaint(map, scheme.value)));
     show("ground", () => (area.value === null ? EMPTY : groundScene(area.value)));
@@ -115,14 +119,15 @@ const moving = (): Moving => ({
   trails: state.trails.value,
   plans: state.plans.value,
   selected: state.selected.value,
-  live: state.live.value,
-  why: explained(state.explanation.value, state.selected.value),
+  live: state.current.value,
+  why: explained(state.reasons.value, state.selected.value),
   users: state.users.value,
 });
 
 function repaint(map: MapView, _scheme: string): void {
   drawLaunch(map);
   for (const layer of layers()) {
+    if (map.getLayer(layer.id) === undefined) continue;
     for (const [property, value] of Object.entries(layer.paint ?? {})) {
       map.setPaintProperty(layer.id, property as never, value as never);
     }

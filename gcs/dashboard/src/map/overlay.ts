@@ -10,6 +10,8 @@ import { frameOf, pixelsAtZoom0, toLngLat } from "../core/geo";
 import { color } from "../core/theme";
 import type { Trails } from "../core/trails";
 import type { CampaignStatic, Pair, PlanView, UserView, VehicleView } from "../core/types";
+import { Glide } from "./glide";
+import { Sheet } from "./sheet";
 import { droneLook, placed, type DroneLook } from "./scene";
 
 export interface Moving {
@@ -25,35 +27,57 @@ export interface Moving {
 
 const LOOK_COLORS: Record<DroneLook, string> = { normal: "drone", stale: "drone-stale", caution: "caution", warning: "warning" };
 const PICK_PX = 22;
-const FONT = "700 15px system-ui, 'DejaVu Sans', sans-serif";
+const MANY = 20; // drones: dashes cost more than they tell
+const FONT = "700 14px 'Inter Variable', system-ui, 'DejaVu Sans', sans-serif";
 
 export class Overlay {
-  private readonly canvas = document.createElement("canvas");
+  /** What changes with a report or when the map moves, and what changes with every picture. */
+  private readonly ways = new Sheet();
+  private readonly drones = new Sheet();
   private moving: Moving = { campaign: null, vehicles: [], trails: new Map(), plans: [], selected: null, live: false, why: null, users: [] };
+  private readonly glide = new Glide();
+  private readonly still = matchMedia("(prefers-reduced-motion: reduce)");
+  private frame = 0;
+  private pictures = 0;
 
   constructor(private readonly map: MapView) {
-    this.canvas.className = "overlay";
-    map.getCanvasContainer().append(this.canvas);
-    map.on("render", () => this.draw());
+    this.drones.canvas.classList.add("drones");
+    map.getCanvasContainer().append(this.ways.canvas, this.drones.canvas);
+    map.on("render", () => this.drawBoth());
   }
 
   show(moving: Moving): void {
     this.moving = moving;
-    this.draw();
+    const places = moving.vehicles.flatMap(({ system_id, lat_deg, lon_deg }): [number, Pair][] =>
+      lat_deg === null || lon_deg === null ? [] : [[system_id, [lon_deg, lat_deg]]]);
+    this.glide.report(new Map(places), performance.now());
+    this.drawBoth();
+    if (this.frame === 0) this.goOn();
+  }
+
+  /** A picture with every frame while somebody glides. */
+  private goOn(): void {
+    this.frame = 0;
+    if (this.still.matches || !this.glide.moving(performance.now())) return;
+    this.frame = requestAnimationFrame(() => {
+      this.drawDrones();
+      this.goOn();
+    });
   }
 
   /** The drone at a place on the screen, if any. */
   pick(x: number, y: number): number | null {
-    const near = this.drones()
+    const near = this.placed()
       .map(({ vehicle, at }) => ({ id: vehicle.system_id, distance: Math.hypot(at[0] - x, at[1] - y) }))
       .sort((a, b) => a.distance - b.distance)[0];
     return near !== undefined && near.distance <= PICK_PX ? near.id : null;
   }
 
-  private drones(): { vehicle: VehicleView; at: Pair }[] {
+  private placed(): { vehicle: VehicleView; at: Pair }[] {
     return this.moving.vehicles.flatMap((vehicle) => {
       if (vehicle.lat_deg === null || vehicle.lon_deg === null) return [];
-      const { x, y } = this.map.project([vehicle.lon_deg, vehicle.lat_deg]);
+      const place = this.still.matches ? undefined : this.glide.at(vehicle.system_id, performance.now());
+      const { x, y } = this.map.project(place ?? [vehicle.lon_deg, vehicle.lat_deg]);
       return [{ vehicle, at: [x, y] as Pair }];
     });
   }
@@ -64,18 +88,33 @@ export class Overlay {
     return [x, y];
   }
 
-  private draw(): void {
-    const context = this.cleared();
-    const { campaign, trails, plans, selected, live } = this.moving;
+  private drawBoth(): void {
+    this.drawWays();
+    this.drawDrones();
+  }
+
+  private drawWays(): void {
+    const context = this.ways.cleared(this.map);
+    const { campaign, trails, plans, live } = this.moving;
+    if (context === null || campaign === null) return;
+    for (const trail of trails.values()) this.line(context, trail, "trail", 1.4, []);
+    if (!live) return;
+    for (const plan of plans) this.line(context, plan.path_m, "plan", 2.6, plans.length > MANY ? [] : [6, 4]);
+    this.drawWhy(context, campaign);
+  }
+
+  /** Counted, so that it can be told how smooth it is. */
+  private drawDrones(): void {
+    const context = this.drones.cleared(this.map);
+    const { campaign, selected, live } = this.moving;
     if (context === null) return;
-    const drones = this.drones();
+    const drones = this.placed();
     const reachPx = campaign === null ? 0 : pixelsAtZoom0(campaign.serving_radius_m, campaign.south_west_deg[0]) * 2 ** this.map.getZoom();
     for (const { vehicle, at } of drones)
-      if (vehicle.landed !== "on_ground") drawReach(context, at, reachPx, vehicle.system_id === selected);
-    for (const trail of trails.values()) this.line(context, trail, "trail", 1.6, []);
-    if (live) for (const plan of plans) this.line(context, plan.path_m, "plan", 2.6, [6, 4]);
-    if (live && campaign !== null) this.drawWhy(context, campaign);
+      if (vehicle.landed !== "on_ground") drawReach(context, at, reachPx, vehicle.system_id === selected, drones.length > MANY);
     for (const { vehicle, at } of drones) drawDrone(context, at, vehicle, droneLook(vehicle, live), vehicle.system_id === selected);
+    this.pictures += 1;
+    this.drones.canvas.dataset["drawn"] = `${this.pictures}`;
   }
 
   /** From the chosen drone: lines to whom it attends to, its plan, and its alternatives with what they would cost. */
@@ -98,22 +137,6 @@ export class Overlay {
     }
   }
 
-  /** The canvas, empty and as large as the map; null where there is nothing to draw on. */
-  private cleared(): CanvasRenderingContext2D | null {
-    const { clientWidth: width, clientHeight: height } = this.map.getContainer();
-    const scale = devicePixelRatio;
-    if (this.canvas.width !== Math.round(width * scale) || this.canvas.height !== Math.round(height * scale)) {
-      this.canvas.width = Math.round(width * scale);
-      this.canvas.height = Math.round(height * scale);
-      this.canvas.style.width = `${width}px`;
-      this.canvas.style.height = `${height}px`;
-    }
-    const context = this.canvas.getContext("2d");
-    context?.setTransform(scale, 0, 0, scale, 0, 0);
-    context?.clearRect(0, 0, width, height);
-    return context;
-  }
-
   private line(context: CanvasRenderingContext2D, pointsM: readonly Pair[], token: string, width: number, dash: number[]): void {
     context.beginPath();
     for (const point of pointsM) context.lineTo(...this.pixel(point));
@@ -125,15 +148,15 @@ export class Overlay {
   }
 }
 
-function drawReach(context: CanvasRenderingContext2D, [x, y]: Pair, radius: number, chosen: boolean): void {
+function drawReach(context: CanvasRenderingContext2D, [x, y]: Pair, radius: number, chosen: boolean, plain: boolean): void {
   context.beginPath();
   context.arc(x, y, radius, 0, 2 * Math.PI);
   context.fillStyle = context.strokeStyle = color("reach");
   context.globalAlpha = chosen ? 0.18 : 0.1;
   context.fill();
   context.globalAlpha = 1;
-  context.lineWidth = chosen ? 2.4 : 1.4;
-  context.setLineDash([7, 5]);
+  context.lineWidth = chosen ? 2.4 : plain ? 0.8 : 1.4;
+  context.setLineDash(plain && !chosen ? [] : [7, 5]);
   context.stroke();
   context.setLineDash([]);
 }

@@ -1,4 +1,7 @@
-/** The page. What is old is greyed as a whole when the server is silent. */
+/**
+ * The page. What is old is greyed as a whole when the server is silent. Alerts come and go beside the map, so that no
+ * button moves under a hand.
+ */
 
 import { MapPanel } from "../map/MapPanel";
 import * as state from "../core/state";
@@ -8,16 +11,18 @@ import { ConnectionBanner } from "./ConnectionBanner";
 import { Curves } from "./Curves";
 import { Events } from "./Events";
 import { Fleet } from "./Fleet";
+import { ReplayBar } from "./ReplayBar";
 import { TopBar } from "./TopBar";
 
 export function App() {
   return (
-    <div class={`page${state.live.value ? "" : " old"}`}>
+    <div class={`page${state.current.value ? "" : " old"}${state.replaying.value ? " recorded" : ""}`}>
       <TopBar />
       <ConnectionBanner />
-      <Alerts />
+      <ReplayBar />
       <main>
         <div class="left">
+          <Alerts />
           <MapPanel />
           <Curves />
         </div>

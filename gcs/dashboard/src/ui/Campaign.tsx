@@ -9,17 +9,20 @@ import { allowed, isOver } from "../core/campaigns";
 import { begin, dryRun } from "../core/dryRuns";
 import * as drafting from "../core/drafting";
 import { uavNames } from "../core/format";
+import { addressOf } from "../core/replaying";
 import * as state from "../core/state";
 import { DraftEditor } from "./DraftEditor";
 import { DryRunResult } from "./DryRunResult";
 import { HoldButton } from "./HoldButton";
 import { PolicyCard } from "./PolicyCard";
+import { Preflight, preflightOf } from "./Preflight";
 
 const missions = signal<readonly MissionFile[]>([]);
 const policies = signal<readonly PolicyInfo[]>([]);
 const campaigns = signal<readonly CampaignInfo[]>([]);
 const mission = signal("");
 const policy = signal("");
+const checkpoint = signal(""); // file name; empty: the policy's own
 const name = signal("drawn"); // of a campaign with an area of its own
 const chosen = signal<string | null>(null);
 const message = signal<{ text: string; good: boolean } | null>(null);
@@ -42,8 +45,12 @@ async function show(id: string): Promise<void> {
 
 /** What the form says. */
 function wanted(): MissionBody {
-  if (drafting.draft.value !== null) return drafting.drawnDocument(drafting.draft.value, name.value, policy.value);
-  return policy.value === "" ? { mission: mission.value } : { mission: mission.value, policy: policy.value };
+  if (drafting.draft.value !== null) return drafting.drawnDocument(drafting.draft.value, name.value, policy.value, checkpoint.value);
+  return {
+    mission: mission.value,
+    ...(policy.value === "" ? {} : { policy: policy.value }),
+    ...(checkpoint.value === "" ? {} : { checkpoint: checkpoint.value }),
+  };
 }
 
 async function create(event: Event): Promise<void> {
@@ -55,15 +62,17 @@ async function create(event: Event): Promise<void> {
   await Promise.all([refresh(), show(answer.value.id)]);
 }
 
-async function act(id: string, what: CampaignAct): Promise<void> {
-  const answer = await api.act(id, what);
-  say(answer.ok ? `${what}: taken up` : answer.reason, answer.ok);
+const DONE: Record<CampaignAct, string> = { start: "Starting", pause: "Paused: the UAVs hold", resume: "Flying on", abort: "Aborted: the UAVs return" };
+
+async function act(id: string, what: CampaignAct, override = false): Promise<void> {
+  const answer = await api.act(id, what, override);
+  say(answer.ok ? DONE[what] : answer.reason, answer.ok);
   await refresh();
 }
 
 /** The campaign that the buttons act on: the one in the air, else the chosen or newest one. */
 function current(): CampaignInfo | null {
-  const flown = state.snapshot.value?.campaign ?? null;
+  const flown = state.flight.snapshot.value?.campaign ?? null;
   const wanted = chosen.value ?? flown?.campaign_id ?? null;
   const known = campaigns.value.find((campaign) => campaign.id === wanted) ?? null;
   if (flown === null || flown.campaign_id !== wanted) return known;
@@ -73,7 +82,7 @@ function current(): CampaignInfo | null {
 function listen(): () => void {
   let before = "";
   return effect(() => {
-    const flown = state.snapshot.value?.campaign;
+    const flown = state.flight.snapshot.value?.campaign;
     const now = `${state.hello.value?.actor}|${flown?.campaign_id}|${flown?.state}`;
     if (state.hello.value === null || now === before) return;
     before = now;
@@ -101,17 +110,21 @@ export function Campaign() {
           </select>
         </p>
       )}
-      {campaign !== null && <Controls campaign={campaign} />}
+      {campaign !== null && !state.replaying.value && <Controls campaign={campaign} />}
+      {campaign !== null && campaign.slot > 0 && <Afterwards campaign={campaign} />}
       {message.value !== null && <p class={`verdict${message.value.good ? "" : " bad"}`} role="status">{message.value.text}</p>}
       <DryRunResult />
-      {state.mayFly.value ? <Create /> : <p class="note">Sign in with an operator's key to create and fly campaigns.</p>}
+      {state.replaying.value ? null : state.mayFly.value ? <Create /> : <p class="note">Sign in with an operator's key to create and fly campaigns.</p>}
     </section>
   );
 }
 
 function Controls({ campaign }: { campaign: CampaignInfo }) {
-  const reached = uavNames(state.snapshot.value?.vehicles.map((vehicle) => vehicle.system_id) ?? []);
-  const may = (what: CampaignAct): boolean => state.mayFly.value && state.live.value && allowed(what, campaign.state);
+  const reached = uavNames(state.flight.snapshot.value?.vehicles.map((vehicle) => vehicle.system_id) ?? []);
+  const waiting = allowed("start", campaign.state) && !state.inTheAir.value;
+  const red = waiting ? (preflightOf(campaign.id)?.red.length ?? 0) : 0;
+  const may = (what: CampaignAct): boolean =>
+    state.mayFly.value && state.live.value && allowed(what, campaign.state) && (what !== "start" || red === 0);
   const hold = (what: CampaignAct, label: string, explain: string, danger = false) => (
     <HoldButton label={label} explain={explain} danger={danger} disabled={!may(what)} onDone={() => void act(campaign.id, what)} />
   );
@@ -123,21 +136,33 @@ function Controls({ campaign }: { campaign: CampaignInfo }) {
           Pause
         </button>
         {hold("resume", "Resume", `Resume ${campaign.name}: ${reached} fly on`)}
-        {hold("abort", "Abort", `Abort ${campaign.name}: ${reached} return and land`, true)}
+        {hold("abort", "Abort: return all", `Abort: return all of ${campaign.name}: ${reached} fly home in their layers and land`, true)}
       </div>
+      {waiting && <Preflight id={campaign.id} />}
+      {red > 0 && state.hello.value?.role === "admin" && (
+        <HoldButton
+          label={`Start in spite of ${red} red ${red === 1 ? "line" : "lines"}`} danger disabled={!state.live.value}
+          explain={`${reached} take off for ${campaign.name}; it is recorded in your name`} onDone={() => void act(campaign.id, "start", true)}
+        />
+      )}
       {campaign.slot === 0 && state.mayFly.value && (
         <button type="button" disabled={!mayDryRun()} onClick={() => void begin({ campaign: campaign.id }, campaign.id)}>
           Dry run of {campaign.name}
         </button>
       )}
-      {campaign.slot > 0 && (
-        <p class="note">
-          <a href={api.reportUrl(campaign.id)} target="_blank" rel="noreferrer">
-            Report of {campaign.name}
-          </a>
-        </p>
-      )}
     </>
+  );
+}
+
+/** What a campaign leaves behind: its report and, once it is over, its replay. */
+function Afterwards({ campaign }: { campaign: CampaignInfo }) {
+  return (
+    <p class="links">
+      <a href={api.reportUrl(campaign.id)} target="_blank" rel="noreferrer">
+        Report of {campaign.name}
+      </a>
+      {!state.inTheAir.value && <a href={addressOf(campaign.id)}>Replay {campaign.name}</a>}
+    </p>
   );
 }
 
@@ -147,7 +172,7 @@ function DrawnArea() {
   if (draft === null)
     return (
       <p class="orders">
-        <button type="button" disabled={mission.value === "" || drafting.inTheAir.value} title={drafting.inTheAir.value ? "the map shows the campaign in the air" : ""} onClick={() => void drafting.open(mission.value)}>
+        <button type="button" disabled={mission.value === "" || drafting.mapTaken.value} title={drafting.mapTaken.value ? "the map shows the campaign in the air" : ""} onClick={() => void drafting.open(mission.value)}>
           Change the area
         </button>
       </p>
@@ -166,8 +191,28 @@ function DrawnArea() {
 
 const mayDryRun = (): boolean => state.mayFly.value && state.live.value && dryRun.value?.state !== "running";
 
+function choosePolicy(name: string): void {
+  policy.value = name;
+  checkpoint.value = ""; // of the policy before
+}
+
+/** Which trained model flies; there is something to choose only where a policy learns. */
+function CheckpointChoice({ chosen }: { chosen: PolicyInfo | undefined }) {
+  if (chosen === undefined || !chosen.learned || chosen.checkpoints.length === 0) return null;
+  return (
+    <p class="row">
+      <label for="checkpoint-choice">Model</label>
+      <select id="checkpoint-choice" value={checkpoint.value} onChange={(event) => (checkpoint.value = event.currentTarget.value)}>
+        <option value="">as the policy has it</option>
+        {chosen.checkpoints.map((one) => <option key={one.file} value={one.file}>{one.file}</option>)}
+      </select>
+    </p>
+  );
+}
+
 function Create() {
   const file = missions.value.find((one) => one.name === mission.value);
+  const chosenPolicy = policies.value.find((one) => one.name === (policy.value || file?.policy));
   return (
     <details open={campaigns.value.length === 0}>
       <summary>New campaign</summary>
@@ -186,7 +231,7 @@ function Create() {
         </p>
         <p class="row">
           <label for="policy-choice">Policy</label>
-          <select id="policy-choice" value={policy.value} onChange={(event) => (policy.value = event.currentTarget.value)}>
+          <select id="policy-choice" value={policy.value} onChange={(event) => choosePolicy(event.currentTarget.value)}>
             <option value="">as in the mission{file?.policy ? ` (${file.policy})` : ""}</option>
             {policies.value.map((one) => (
               <option key={one.name} value={one.name}>
@@ -195,9 +240,10 @@ function Create() {
             ))}
           </select>
         </p>
+        <CheckpointChoice chosen={chosenPolicy} />
         {file?.warnings.map((text) => <p key={text} class="caution">{text}</p>)}
         <DrawnArea />
-        <PolicyCard policy={policies.value.find((one) => one.name === (policy.value || file?.policy))} />
+        <PolicyCard policy={chosenPolicy} file={checkpoint.value} />
         <div class="orders">
           <button type="button" disabled={mission.value === "" || !mayDryRun()} onClick={() => void begin(wanted(), null)}>
             Dry run

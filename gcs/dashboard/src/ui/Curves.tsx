@@ -22,7 +22,6 @@ interface ChartProps {
   curves: readonly Curve[];
   share: boolean;
   foretold: Curve | null; // the dry run's line beside them
-  wide?: boolean;
 }
 
 const foretold = (value: Curve["value"]): Curve => ({ label: "forecast", token: "forecast", value });
@@ -50,12 +49,12 @@ const CHARTS: readonly ChartProps[] = [
     curves: [{ label: "ζ so far", token: "series-a", value: (point) => point.energy }],
   },
   {
-    title: "Policy's decision time, ms", share: false, foretold: null, wide: true,
+    title: "Policy's decision time, ms", share: false, foretold: null,
     curves: [{ label: "decision", token: "series-a", value: (point) => point.decisionMs }],
   },
 ];
 
-const HEIGHT = 132;
+const HEIGHT = 112;
 
 export function Curves() {
   return (
@@ -69,7 +68,7 @@ export function Curves() {
 }
 
 function options({ curves, share, foretold }: ChartProps, width: number, slots: number): uPlot.Options {
-  const axis = { stroke: color("ink-2"), font: "11px system-ui, sans-serif", grid: { stroke: color("line"), width: 1 }, ticks: { show: false } };
+  const axis = { stroke: color("ink-2"), font: "11px 'Inter Variable', system-ui, sans-serif", grid: { stroke: color("line"), width: 1 }, ticks: { show: false } };
   const asText = (_: uPlot, values: number[]): string[] => values.map((value) => (share ? `${Math.round(100 * value)}%` : `${value}`));
   return {
     width, height: HEIGHT, padding: [8, 10, 0, 0], legend: { show: false }, cursor: { show: false },
@@ -86,7 +85,7 @@ function Chart(props: ChartProps) {
   useEffect(() => (place.current === null ? undefined : draw(place.current, props)), []);
   const keys = [...props.curves, ...(props.foretold !== null && state.foretold.value.length > 0 ? [props.foretold] : [])];
   return (
-    <figure class={props.wide === true ? "wide" : ""}>
+    <figure>
       <figcaption>
         {props.title}
         {keys.length > 1 && keys.map((curve) => <span key={curve.label} class="series-key" style={`--dot: var(--${curve.token})`}>{curve.label}</span>)}

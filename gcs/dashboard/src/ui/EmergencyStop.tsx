@@ -32,7 +32,7 @@ export function EmergencyStop() {
     addEventListener("keydown", onKey);
     return () => removeEventListener("keydown", onKey);
   }, []);
-  const snapshot = state.snapshot.value;
+  const snapshot = state.flight.snapshot.value;
   const stopped = snapshot?.stopped === true;
   const reached = uavNames(snapshot?.vehicles.map((vehicle) => vehicle.system_id) ?? []);
   return (

@@ -1,52 +1,37 @@
 /** A card a drone: grey when normal, colour only for what is abnormal, and nothing old shown as if it were live. */
 
-import { signal } from "@preact/signals";
+import { computed } from "@preact/signals";
 
 import { vehicleAlerts, worst } from "../core/alerts";
-import { api } from "../core/app";
-import { fixed, percent } from "../core/format";
+import { batteryText } from "../core/battery";
+import { fixed, percent, uavNames } from "../core/format";
 import { positionStale, vehicleStale } from "../core/freshness";
+import { mark, marked, ORDERS, verdictText } from "../core/marking";
+import { answers, give } from "../core/orders";
+import { paced } from "../core/pace";
 import * as state from "../core/state";
 import type { VehicleView } from "../core/types";
 import { HoldButton } from "./HoldButton";
 import { Why } from "./Why";
 
-interface Order {
-  command: string;
-  label: string;
-  explain: (id: number) => string;
-  danger?: boolean;
-}
-
-const ORDERS: readonly Order[] = [
-  { command: "hold", label: "Hold", explain: (id) => `UAV ${id} holds where it is` },
-  { command: "rtl", label: "Return", explain: (id) => `UAV ${id} returns to its launch point and lands` },
-  { command: "land", label: "Land", explain: (id) => `UAV ${id} lands where it is`, danger: true },
-];
-
-/** The newest answer to an order from this page, by vehicle. */
-const answers = signal<ReadonlyMap<number, { text: string; good: boolean }>>(new Map());
-
-function answered(id: number, text: string, good: boolean): void {
-  answers.value = new Map([...answers.value, [id, { text, good }]]);
-}
-
-async function order(id: number, command: string): Promise<void> {
-  answered(id, `${command}: sent…`, true);
-  const answer = await api.command(id, command);
-  if (!answer.ok) answered(id, `${command}: ${answer.reason}`, false);
-  else answered(id, verdictText(command, answer.value.result, answer.value.reason), answer.value.result === "accepted");
-}
-
-const verdictText = (command: string, result: string, reason: string): string =>
-  `${command}: ${result}${reason === "" ? "" : ` (${reason})`}`;
+const PACE_MS = 450;
+const NOBODY: readonly VehicleView[] = [];
+const fleet = computed(() => state.snapshot.value?.vehicles ?? NOBODY);
+/** Another fleet, or another severity of a drone, is shown at once. */
+const outline = (vehicles: readonly VehicleView[]): string =>
+  `${state.replaying.peek()} ${vehicles.map((vehicle) => `${vehicle.system_id} ${worst(vehicleAlerts(vehicle))} ${vehicle.mode_name} ${vehicle.last_verdict?.time_s}`).join()}`;
+const calm = paced(fleet, PACE_MS, outline);
 
 export function Fleet() {
-  const vehicles = state.snapshot.value?.vehicles ?? [];
+  const vehicles = calm.value;
   return (
-    <section class="panel" aria-label="Fleet">
-      <h2>Fleet</h2>
+    <section class="panel fleet-panel" aria-label="Fleet">
+      <div class="panel-head">
+        <h2>Fleet</h2>
+        <span class="note" data-testid="fleet-summary">{summary(vehicles)}</span>
+      </div>
       {vehicles.length === 0 && <p class="note">No drone has been heard yet.</p>}
+      {vehicles.length > 1 && state.mayFly.value && !state.replaying.value && <OrdersToSeveral vehicles={vehicles} />}
       <ul class="fleet">
         {vehicles.map((vehicle) => (
           <Card key={vehicle.system_id} vehicle={vehicle} />
@@ -56,42 +41,98 @@ export function Fleet() {
   );
 }
 
+function summary(vehicles: readonly VehicleView[]): string {
+  if (vehicles.length === 0) return "";
+  const count = `${vehicles.length} ${vehicles.length === 1 ? "UAV" : "UAVs"}`;
+  if (state.replaying.value) return `${count}, recorded`;
+  const wrong = vehicles.filter((vehicle) => vehicleAlerts(vehicle).length > 0).length;
+  return wrong === 0 ? `${count}, all normal` : `${count}, ${wrong} not normal`;
+}
+
+function OrdersToSeveral({ vehicles }: { vehicles: readonly VehicleView[] }) {
+  const ids = vehicles.map((vehicle) => vehicle.system_id);
+  const all = marked.value.length === ids.length;
+  return (
+    <div class="several">
+      <label class="mark">
+        <input type="checkbox" checked={all} onChange={() => mark(ids, !all)} /> {marked.value.length === 0 ? "Mark all" : `${uavNames(marked.value)} marked`}
+      </label>
+      {marked.value.length > 0 && <Orders ids={marked.value} />}
+    </div>
+  );
+}
+
+function Orders({ ids }: { ids: readonly number[] }) {
+  const names = uavNames(ids);
+  return (
+    <div class="orders" role="group" aria-label={`Orders to ${names}`}>
+      {ORDERS.map((one) => (
+        <HoldButton
+          key={one.command} label={one.label} explain={one.explain(names)} danger={one.danger ?? false}
+          disabled={!state.mayFly.value || !state.live.value} onDone={() => void give(ids, one.command)}
+        />
+      ))}
+    </div>
+  );
+}
+
 function Card({ vehicle }: { vehicle: VehicleView }) {
   const id = vehicle.system_id;
   const chosen = state.selected.value === id;
-  const alerts = vehicleAlerts(vehicle);
+  const recorded = state.replaying.value;
+  const alerts = recorded ? [] : vehicleAlerts(vehicle);
   const stale = vehicleStale(vehicle);
+  const orders = chosen && !recorded && state.mayFly.value;
   return (
     <li class={`drone ${worst(alerts) ?? "normal"}${chosen ? " chosen" : ""}`} data-testid={`drone-${id}`}>
-      <button type="button" class="drone-head" aria-pressed={chosen} onClick={() => (state.selected.value = chosen ? null : id)}>
-        <b>UAV {id}</b>
-        <span>{vehicle.mode_name || vehicle.mode}</span>
-        <span>{vehicle.armed ? "armed" : "disarmed"}</span>
-        <span class="note">{vehicle.landed.replaceAll("_", " ")}</span>
-      </button>
-      <Values vehicle={vehicle} stale={stale} />
+      <div class="drone-top">
+        {state.mayFly.value && !recorded && (
+          <input type="checkbox" aria-label={`Mark UAV ${id}`} checked={marked.value.includes(id)} onChange={(event) => mark([id], event.currentTarget.checked)} />
+        )}
+        <button type="button" class="drone-head" aria-pressed={chosen} onClick={() => (state.selected.value = chosen ? null : id)}>
+          <b>UAV {id}</b>
+          <span class="pill">{vehicle.mode_name || vehicle.mode}</span>
+          {!recorded && <span class="note">{vehicle.armed ? "armed" : "disarmed"} · {vehicle.landed.replaceAll("_", " ")}</span>}
+        </button>
+      </div>
+      <Battery vehicle={vehicle} stale={stale} recorded={recorded} />
+      <Values vehicle={vehicle} stale={stale} recorded={recorded} />
       {alerts.map((alert) => (
-        <p key={alert.key} class={`drone-alert ${alert.severity}`}>{alert.text}</p>
+        <p key={alert.key} class={`drone-alert ${alert.severity}`}>{alert.text.replace(`UAV ${id}: `, "")}</p>
       ))}
-      <LastVerdict vehicle={vehicle} />
-      {chosen && <Orders id={id} />}
+      {!recorded && <LastVerdict vehicle={vehicle} />}
+      {orders && <Orders ids={[id]} />}
       {chosen && <Why id={id} />}
     </li>
   );
 }
 
-function Values({ vehicle, stale }: { vehicle: VehicleView; stale: boolean }) {
+/** The charge, with a mark at what the way home takes from here. */
+function Battery({ vehicle, stale, recorded }: { vehicle: VehicleView; stale: boolean; recorded: boolean }) {
+  const { battery_fraction: have, return_fraction: home } = vehicle;
+  return (
+    <div class={`battery${stale ? " stale" : ""}`}>
+      <span class="battery-name">{recorded ? "battery by energy used" : "battery"}</span>
+      <span class="battery-bar" aria-hidden="true">
+        <i style={`width: ${100 * Math.min(1, Math.max(0, have ?? 0))}%`} />
+        {home !== null && <em style={`left: ${100 * Math.min(1, home)}%`} />}
+      </span>
+      <span class="battery-text">{batteryText(have, home)}{stale && <span class="sr"> (old)</span>}</span>
+    </div>
+  );
+}
+
+function Values({ vehicle, stale, recorded }: { vehicle: VehicleView; stale: boolean; recorded: boolean }) {
   const oldPlace = stale || positionStale(vehicle);
-  const values: [string, string, boolean][] = [
-    ["battery", percent(vehicle.battery_fraction), stale],
-    ["speed", fixed(vehicle.speed_mps, 1, " m/s"), oldPlace],
+  const flown: [string, string, boolean][] = [["speed", fixed(vehicle.speed_mps, 1, " m/s"), oldPlace], ["heading", fixed(vehicle.heading_deg, 0, "°"), oldPlace]];
+  const reported: [string, string, boolean][] = [
     ["height", fixed(vehicle.alt_home_m, 0, " m"), oldPlace],
     ["link", percent(1 - vehicle.loss_ratio), stale],
     ["heard", fixed(vehicle.heartbeat_age_s, 1, " s ago"), stale],
   ];
   return (
     <dl class="values">
-      {values.map(([name, value, old]) => (
+      {(recorded ? flown : [flown[0] ?? ["", "", false], ...reported]).map(([name, value, old]) => (
         <div key={name} class={old ? "stale" : ""}>
           <dt>{name}</dt>
           <dd>{value}{old && <span class="sr"> (old)</span>}</dd>
@@ -107,21 +148,4 @@ function LastVerdict({ vehicle }: { vehicle: VehicleView }) {
   if (own !== undefined) return <p class={`verdict${own.good ? "" : " bad"}`} role="status">{own.text}</p>;
   if (last === null) return null;
   return <p class={`verdict${last.result === "accepted" ? "" : " bad"}`}>{verdictText(last.command, last.result, last.reason)}</p>;
-}
-
-function Orders({ id }: { id: number }) {
-  return (
-    <div class="orders" role="group" aria-label={`Orders to UAV ${id}`}>
-      {ORDERS.map((one) => (
-        <HoldButton
-          key={one.command}
-          label={one.label}
-          explain={one.explain(id)}
-          danger={one.danger ?? false}
-          disabled={!state.mayFly.value || !state.live.value}
-          onDone={() => void order(id, one.command)}
-        />
-      ))}
-    </div>
-  );
 }

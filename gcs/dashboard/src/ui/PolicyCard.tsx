@@ -1,29 +1,25 @@
 /** Where a policy's model comes from: its checkpoint's own card. */
 
 import type { PolicyInfo } from "../core/api";
-import { fixed } from "../core/format";
+import { cardLines } from "../core/card";
 
-const LONGEST = 300;
-
-export function PolicyCard({ policy }: { policy: PolicyInfo | undefined }) {
-  const checkpoint = policy?.checkpoints[0];
+/** `file`: the chosen checkpoint; empty for the policy's own, which is its first. */
+export function PolicyCard({ policy, file }: { policy: PolicyInfo | undefined; file: string }) {
+  const checkpoint = policy?.checkpoints.find((one) => one.file === file) ?? policy?.checkpoints[0];
   if (policy === undefined || !policy.learned || checkpoint === undefined) return null;
-  const facts = Object.entries(checkpoint.provenance ?? {}).filter(([, value]) => value === null || typeof value !== "object");
+  const lines = cardLines(checkpoint.provenance);
   return (
-    <details class="card">
-      <summary>Model of {policy.name}: {checkpoint.file}</summary>
-      {facts.length === 0 && <p class="note">Nothing is recorded about where it comes from.</p>}
+    <details class="card" data-testid="policy-card">
+      <summary>Card of {checkpoint.file}</summary>
+      {lines.length === 0 && <p class="note">Nothing is recorded about where it comes from.</p>}
       <dl>
-        {facts.map(([name, value]) => (
+        {lines.map(({ name, text }) => (
           <div key={name}>
-            <dt>{name.replaceAll("_", " ")}</dt>
-            <dd>{told(value)}</dd>
+            <dt>{name}</dt>
+            <dd>{text}</dd>
           </div>
         ))}
       </dl>
     </details>
   );
 }
-
-const told = (value: unknown): string =>
-  typeof value === "number" && !Number.isInteger(value) ? fixed(value, 4) : String(value).slice(0, LONGEST);

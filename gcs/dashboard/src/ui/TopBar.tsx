@@ -37,7 +37,7 @@ function SlotClock() {
   return (
     <div class="slot-clock value-box" data-testid="slot-clock">
       <p>
-        <b>{campaign.name}</b> <span class={`state state-${campaign.state}`} data-testid="campaign-state">{campaign.state}</span>
+        <b>{campaign.name}</b> <State name={campaign.state} />
         <span class="note"> {campaign.policy}</span>
       </p>
       <progress max={campaign.slots} value={campaign.slot + campaign.slot_elapsed_s / campaign.slot_s} aria-label="Progress of the campaign" />
@@ -48,6 +48,10 @@ function SlotClock() {
     </div>
   );
 }
+
+/** A recording says first of all that it is one. */
+const State = ({ name }: { name: string }) =>
+  state.replaying.value ? <span class="state state-recorded" data-testid="recorded-state">recorded{name === "flying" ? "" : `, ${name}`}</span> : <span class={`state state-${name}`} data-testid="campaign-state">{name}</span>;
 
 function Scores() {
   const metrics = state.snapshot.value?.campaign?.metrics ?? null;

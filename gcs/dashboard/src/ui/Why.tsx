@@ -5,7 +5,7 @@ import { fixed, percent } from "../core/format";
 import * as state from "../core/state";
 
 export function Why({ id }: { id: number }) {
-  const why = state.explanation.value;
+  const why = state.reasons.value;
   const uav = explained(why, id);
   const plan = state.plans.value.find((one) => one.system_id === id);
   if (why === null || uav === null || plan === undefined) return null;

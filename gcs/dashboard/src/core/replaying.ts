@@ -1,0 +1,119 @@
+/** The recording that is being shown, if any: fetched, played, left. It never hides a campaign that is in the air. */
+
+import { computed, effect, signal, untracked } from "@preact/signals";
+
+import { api } from "./app";
+import { advanced, framesOf, pointsOf, shownAt, speedOf, type Frame, type Recording } from "./recording";
+import * as state from "./state";
+
+const PICTURE_MS = 100; // 10 pictures a second are plenty for what was recorded once a slot
+
+export const recording = signal<Recording | null>(null);
+export const frames = signal<readonly Frame[]>([]);
+export const loading = signal(false);
+/** Why there is no recording to see, or why it was left. */
+export const notice = signal<string | null>(null);
+export const position = signal(0); // slots
+export const playing = signal(false);
+export const speedStep = signal(11); // 24x
+export const speed = computed(() => speedOf(speedStep.value));
+const points = computed(() => pointsOf(frames.value));
+export const end = computed(() => frames.value.at(-1)?.slot ?? 0);
+let wanted: string | null = null;
+
+/** Follow the address: `#replay=ID` shows a recording, nothing leaves it. */
+export function begin(): void {
+  addEventListener("hashchange", follow);
+  effect(() => {
+    const { value } = recording;
+    state.replayed.value = value === null ? null : shownAt(value, frames.value, points.value, position.value);
+  });
+  effect(() => {
+    if (!state.inTheAir.value || recording.value === null) return;
+    untracked(() => leave("The replay was left: a campaign is in the air."));
+  });
+  effect(() => {
+    if (!playing.value) return undefined;
+    let last = performance.now();
+    const timer = setInterval(() => {
+      const now = performance.now();
+      tick((now - last) / 1000);
+      last = now;
+    }, PICTURE_MS);
+    return () => clearInterval(timer);
+  });
+  follow();
+}
+
+function follow(): void {
+  const id = new URLSearchParams(location.hash.slice(1)).get("replay");
+  if (id !== null) void open(id);
+  else if (recording.value !== null || wanted !== null) leave(null);
+}
+
+export const addressOf = (campaignId: string): string => `#replay=${encodeURIComponent(campaignId)}`;
+
+async function open(id: string): Promise<void> {
+  if (wanted === id) return;
+  wanted = id;
+  clear();
+  loading.value = true;
+  const answer = await api.recording(id);
+  if (wanted !== id) return; // another one was asked for meanwhile
+  if (!answer.ok) return leave(`No replay: ${answer.reason}`);
+  recording.value = answer.value;
+  position.value = answer.value.first_slot;
+  const failure = await fetchFrames(id, answer.value.first_slot);
+  if (wanted !== id) return;
+  loading.value = false;
+  notice.value = failure;
+  playing.value = failure === null;
+}
+
+/** All slots, part by part; the first part is shown while the next ones come. */
+async function fetchFrames(id: string, first: number): Promise<string | null> {
+  for (let next: number | null = first; next !== null; ) {
+    const answer = await api.recordedSlots(id, next);
+    if (wanted !== id) return null;
+    if (!answer.ok) return `Not all of the recording could be read: ${answer.reason}`;
+    frames.value = [...frames.value, ...framesOf(answer.value)];
+    next = answer.value.next_first;
+  }
+  return null;
+}
+
+/** Back to the flight. */
+export function leave(why: string | null): void {
+  wanted = null;
+  clear();
+  notice.value = why;
+  if (location.hash !== "") history.replaceState(null, "", location.pathname + location.search);
+}
+
+function clear(): void {
+  recording.value = null;
+  frames.value = [];
+  playing.value = loading.value = false;
+  notice.value = null;
+}
+
+export function seek(slots: number): void {
+  position.value = Math.min(end.value, Math.max(recording.value?.first_slot ?? 0, slots));
+}
+
+/** Play on; from the beginning when it is at its end. */
+export function toggle(): void {
+  if (!playing.value && position.value >= end.value) seek(0);
+  playing.value = !playing.value;
+}
+
+function tick(seconds: number): void {
+  const slotS = recording.value?.campaign.slot_s ?? 15;
+  position.value = advanced(position.value, seconds, speed.value, slotS, end.value);
+  if (position.value >= end.value && !loading.value) playing.value = false;
+}
+
+/** The next warning or caution after this moment. */
+export const nextAlarm = computed(
+  () => recording.value?.events.find((event) => event.severity !== "info" && event.at_slot > position.value + 1e-6) ?? null,
+);
