@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPEEDUP ?= 40
 KEEP ?=
 
-.PHONY: demo test lint unit page bench rivals crash soak gate-long train format client site wheel clean help
+.PHONY: demo test lint unit page bench rivals crash soak gate-long chaos train format client site wheel clean help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -61,6 +61,9 @@ soak: $(VENV)/.dev  ## a day of campaigns on the virtual clock in one process (a
 
 gate-long: $(VENV)/.dev  ## 100,000 random cases of the safety gate (an hour); 0 breaches and 0 dead ends or it fails
 	OMP_NUM_THREADS=1 $(BIN)/python tests/safety/gate_simulation.py --cases 100000
+
+chaos: $(VENV)/.dev  ## 100 campaigns over random bad links (about an hour); all end, all land, no breach, or it fails
+	OMP_NUM_THREADS=1 $(BIN)/python tests/chaos/run.py --campaigns 100
 
 site: $(VENV)/.dev  ## build the documentation into .build/site; strict, offline
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict

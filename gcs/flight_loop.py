@@ -14,6 +14,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from gcs.dead_man import DeadMan
 from gcs.mission.manager import MissionManager, Refused
 from gcs.mission.order import CampaignOrder
 from gcs.mission.preflight import Line, check_fleet, red_lines
@@ -34,6 +35,7 @@ from gcs.ports import (
     Severity,
     Verdict,
 )
+from gcs.safety.gate import SealedSetpoint
 
 logger = logging.getLogger(__name__)
 
@@ -44,6 +46,7 @@ HEALTHY_S = 1.0  # wall time since the last tick beyond which nobody should trus
 SPREAD_FROM = 10  # fleets larger than this are sent to in several bursts a tick (one burst is lost in buffers)
 SPREAD_SHARE = 0.6  # of a tick over which the bursts are spread
 MISSED_REPORT_S = 10.0
+FAILING_HELD_S = 5.0  # a mission that fails at every tick is held for so long, then the loop falls silent
 _Told: TypeAlias = tuple[CampaignSnapshot | None, bool, tuple[int, ...]]
 """A campaign, the stop latch of all, and the drones stopped one by one."""
 MOST_UNTOLD = 100  # ticks that wait for the store before they are told; the journal gives up long before
@@ -86,6 +89,8 @@ class FlightLoop:
         self._missed = 0
         self._missed_reported_s = clock.now_s()
         self._snapshot = FlightSnapshot(clock.now_s(), 0)
+        self._failing_since_s: float | None = None
+        self._dead_man = DeadMan(clock.now_s, link.send)
         self._untold: deque[tuple[Callable[[], bool], _Told]] = deque(maxlen=MOST_UNTOLD)
         self._told: _Told = (None, False, ())
 
@@ -128,23 +133,60 @@ class FlightLoop:
 
     def run(self, until: Callable[[FlightSnapshot], bool] | None = None) -> None:
         """Tick until stopped or until ``until`` says so."""
-        while not self._stop.is_set():
-            snapshot = self.tick()
-            if until is not None and until(snapshot):
-                return
+        if not self._clock.is_virtual:
+            self._dead_man.watch()
+        try:
+            while not self._stop.is_set():
+                snapshot = self.tick()
+                if until is not None and until(snapshot):
+                    return
+        finally:
+            self._dead_man.end()
 
     def tick(self) -> FlightSnapshot:
         """One tick, in the order that the module names."""
         now_s = self._wait()
-        self._link.poll(now_s)
+        with self._dead_man.hands:
+            self._link.poll(now_s)
         self._take_requests(now_s)
-        safe = self._manager.step(now_s)
-        self._send(safe, now_s)
-        self._settle_commands(now_s)
-        self._link.flush(now_s)
+        safe = self._fly(now_s)
+        with self._dead_man.hands:
+            self._send(safe, now_s)
+            self._settle_commands(now_s)
+            if self._failing_since_s is None:  # nothing vouches for a mission that no longer steps
+                self._link.flush(now_s)
         for notice in self._link.drain_notices():
             self._journal.record(Event(now_s, "link.notice", notice, Severity.WARNING))
+        held_s = self._dead_man.feed([setpoint.at_rest("the flight loop stalled") for setpoint in safe])
+        if held_s:
+            message = f"the flight loop stalled for {held_s:.1f} s or more; its drones were told to stop meanwhile"
+            self._journal.record(Event(now_s, "loop.stalled", message, Severity.WARNING))
         return self._publish(now_s)
+
+    def _fly(self, now_s: float) -> list[SealedSetpoint]:
+        """The mission's setpoints; a mission that fails is a defect, and its drones hold, then nothing is sent."""
+        try:
+            safe = self._manager.step(now_s)
+        except Exception as error:  # a defect somewhere in the mission: whatever it is, the drones must not fly on
+            logger.exception("the mission failed")
+            if self._failing_since_s is None:
+                self._failing_since_s = now_s
+                message = f"the mission failed ({type(error).__name__}: {error}); its drones hold"
+                self._journal.record(Event(now_s, "loop.failed", message, Severity.WARNING))
+            return [] if self._is_silent(now_s) else self._held(now_s)
+        self._failing_since_s = None
+        return safe
+
+    def _held(self, now_s: float) -> list[SealedSetpoint]:
+        try:
+            return self._manager.holding(now_s)
+        except Exception:  # nothing is left to trust: the vehicles' own failsafes fly
+            logger.exception("holding failed too")
+            return []
+
+    def _is_silent(self, now_s: float) -> bool:
+        """The mission has failed for too long: no more setpoints either, the vehicles' failsafes take over."""
+        return self._failing_since_s is not None and now_s - self._failing_since_s > FAILING_HELD_S
 
     def start(self, order: CampaignOrder, actor: str = "system") -> None:
         """Begin a campaign from the flight thread itself; raises ``Refused``."""

@@ -49,6 +49,11 @@ class SealedSetpoint:
         """Always: there is no other way to come into being."""
         return True
 
+    def at_rest(self, reason: str) -> "SealedSetpoint":
+        """The same vehicle told to stop: what braking the gate let it have is always left."""
+        stop = VelocitySetpoint(self.setpoint.system_id, (0.0, 0.0, 0.0), self.setpoint.yaw_rad)
+        return SealedSetpoint(_SEAL, stop, GateAction.HELD, reason)
+
 
 @dataclass(frozen=True)
 class Wish:

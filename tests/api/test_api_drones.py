@@ -80,3 +80,10 @@ def test_the_emergency_stop_latches_until_reset(operator: httpx.Client, keyed: S
     assert keyed.control.snapshot().stopped
     assert operator.post("/api/v1/emergency-stop/reset").status_code == 202
     assert not keyed.control.snapshot().stopped
+
+
+def test_one_drone_is_stopped_alone(operator: httpx.Client, keyed: Server) -> None:
+    assert operator.post("/api/v1/drones/1/emergency-stop").status_code == 202
+    assert operator.post("/api/v1/drones/1/emergency-stop/reset").status_code == 202
+    assert [request.system_id for request in keyed.control.requests] == [1, 1]
+    assert operator.post("/api/v1/drones/99/emergency-stop").status_code == 404

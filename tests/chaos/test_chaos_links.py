@@ -10,6 +10,7 @@ from gcs.ports import CampaignState
 
 
 @pytest.mark.flight
+@pytest.mark.timeout(600)
 @pytest.mark.parametrize("flavour", ["px4", "ardupilot"])
 def test_loss_jitter_duplicates_reordering_and_cuts_of_five_seconds(flavour: str, tmp_path: Path) -> None:
     """A cut of 5 s in every phase of each drone's flight, one of them one way only: PX4 falls out of OFFBOARD."""
@@ -25,6 +26,7 @@ def test_loss_jitter_duplicates_reordering_and_cuts_of_five_seconds(flavour: str
 
 
 @pytest.mark.flight
+@pytest.mark.timeout(600)
 @pytest.mark.parametrize("flavour", ["px4", "ardupilot"])
 @pytest.mark.parametrize(("link", "speedup"), [("pymavlink", None), ("mavsdk", 5.0)])
 def test_the_same_campaign_over_both_links(flavour: str, link: str, speedup: float | None) -> None:

@@ -127,6 +127,6 @@ def test_heartbeats_stop_when_the_manager_breaks() -> None:
         raise RuntimeError("a defect")
 
     loop._manager.step = broken  # type: ignore[assignment,method-assign]
-    with pytest.raises(RuntimeError, match="a defect"):
-        loop.run()
+    for _ in range(3):
+        loop.tick()
     assert fleet.flushes == 1, "nothing vouches for a mission that no longer steps"
