@@ -33,8 +33,9 @@ def curve_of_logs(logs: Path) -> list[CurvePoint]:
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator  # noqa: PLC0415 - slow
 
     events = EventAccumulator(str(logs), size_guidance={"scalars": 0})
-    events.Reload()
     names = COLUMNS[1:]
+    if logs.is_dir():
+        events.Reload()
     if not set(names) <= set(events.Tags()["scalars"]):
         raise TrainingError(f"{logs}: holds no TensorBoard events of {', '.join(names)}; name a folder of policy train")
     told: Mapping[str, Mapping[int, float]] = {
