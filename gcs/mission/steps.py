@@ -15,6 +15,7 @@ from gcs.ports import CommandKind, FlightMode, Landed, Verdict, VerdictResult
 
 ALTITUDE_REACHED_M = 1.0
 SLOWEST_CLIMB_MPS = 1.0
+STUCK_BELOW_MPS = 0.2
 CLEAR_BELOW_M = 15.0  # a drone on the next pad must be this much lower before one descends
 PAD_NEIGHBOUR_M = 20.0
 DISARM_PATIENCE_S = 15.0  # ArduPilot disarms 2 s after touch-down (measured), PX4 likewise
@@ -114,7 +115,8 @@ class Climb(Step):
             return Done()
         if at.after_s > 5.0 and not at.drone.status.armed:
             return Failed(f"drone {at.drone.system_id} disarmed during take-off{last_words(at.drone)}")
-        if at.after_s > 30.0 + at.drone.layer_alt_m / SLOWEST_CLIMB_MPS:
+        rises = at.drone.track.vel_up_mps >= STUCK_BELOW_MPS  # its clock or its climb may be slower than ours
+        if at.after_s > 30.0 + at.drone.layer_alt_m / SLOWEST_CLIMB_MPS and not rises:
             stuck = f"stuck at {at.drone.track.alt_home_m:.0f} of {at.drone.layer_alt_m:.0f} m"
             return Failed(f"drone {at.drone.system_id} does not climb, {stuck}{last_words(at.drone)}")
         return None

@@ -112,6 +112,7 @@ def test_what_phones_report_ends_up_in_the_books(
     with ExitStack() as stack:
         desk = Desk(kept, stack, tmp_path)
         monkeypatch.setattr("gcs.api.routes.live.datetime", _Clock(desk))
+        monkeypatch.setattr("gcs.api.routes.reports_socket.MESSAGES_PER_S", 1e5)  # minutes of flight in a wall second
         send = stack.enter_context(desk.sender(transport))
         people = crowd(desk.begun, slots_from_s=40.0)
         people.measure(0.0)
