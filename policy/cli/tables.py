@@ -21,12 +21,15 @@ from policy.evaluation.tables.methods import Absent, Method, find_models, find_r
 from policy.evaluation.tables.paper import CAMPUSES
 from policy.evaluation.tables.provenance import Provenance, machine
 from policy.evaluation.tables.ray_workers import RayError, on_ray
+from policy.evaluation.tables.relations import RelationsTask, make_relations, weigh_relations
 from policy.evaluation.tables.report import PAGE, Findings, write_report
 from policy.evaluation.tables.store import CellStore
 from policy.evaluation.tables.sweep import Do, Sweep, collect, lacking, make_tasks, sweep
-from policy.evaluation.tables.timing import make_timing, time_decisions
+from policy.evaluation.tables.timing import TimingTask, make_timing, time_decisions
 from policy.evaluation.tables.workers import Failed, Job, Outcome, in_processes
 
+Kept = dict[str, dict[str, Any]]
+"""By campus, what one file each holds."""
 NO_FILES = "demo"
 """What --quick flies where no trace is at hand."""
 
@@ -63,6 +66,7 @@ def run(options: argparse.Namespace) -> None:
     store = CellStore.create(options.out)
     tasks = make_tasks(setting.grid.points(), setting.campuses, setting.grid.extent.seeds)
     flown = _do("campaigns", tasks, store, lambda jobs: _campaigns(jobs, options))
+    relations, weighed = _relations(setting, store, options.workers)
     timings, timed = _timings(setting, store)
     found = Findings(
         grid=setting.grid,
@@ -72,10 +76,11 @@ def run(options: argparse.Namespace) -> None:
         timings=timings,
         provenance=Provenance.now(_command(), datetime.now(UTC).isoformat(timespec="seconds")),
         quick=options.quick,
+        relations=relations,
     )
     write_report(options.out, found)
     _tell(options, setting, flown)
-    _refuse_failures((*flown.failed, *timed.failed))
+    _refuse_failures((*flown.failed, *weighed.failed, *timed.failed))
 
 
 @dataclass(frozen=True)
@@ -125,14 +130,26 @@ def _ray(jobs: Sequence[Job], options: argparse.Namespace) -> Iterable[Outcome]:
         raise CommandError(str(error)) from error
 
 
-def _timings(setting: _Setting, store: CellStore) -> tuple[dict[str, dict[str, Any]], Sweep]:
+def _relations(setting: _Setting, store: CellStore, workers: int) -> tuple[Kept, Sweep]:
+    method = setting.grid.attending
+    campuses = setting.campuses.values() if "relations" in setting.grid.sections else ()
+    jobs = [make_relations(campus, method) for campus in campuses] if isinstance(method, Method) else []
+    done = _do("relation weights", jobs, store, lambda todo: in_processes(todo, weigh_relations, workers))
+    return _by_campus(jobs, store), done
+
+
+def _by_campus(jobs: Iterable[RelationsTask | TimingTask], store: CellStore) -> Kept:
+    kept = {job.campus: store.read(job.key) for job in jobs}
+    return {campus: told for campus, told in kept.items() if told is not None}
+
+
+def _timings(setting: _Setting, store: CellStore) -> tuple[Kept, Sweep]:
     """Always in one plain process, after the campaigns: nothing may run beside it."""
     grid = setting.grid
     campuses = setting.campuses.values() if "table2" in grid.sections else ()
     jobs = [make_timing(c, _timed(grid, c.name), grid.extent.timed_slots, machine()) for c in campuses]
     done = _do("decision times", jobs, store, lambda todo: in_processes(todo, time_decisions, 1))
-    kept = {job.campus: store.read(job.key) for job in jobs}
-    return {campus: timing for campus, timing in kept.items() if timing is not None}, done
+    return _by_campus(jobs, store), done
 
 
 def _timed(grid: Grid, campus: str) -> list[tuple[str, Method]]:

@@ -4,7 +4,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from policy.model.features import AOI_SCALE_SLOTS, Features, Float32Array, action_features, make_features
+from policy.model.features import AOI_SCALE_SLOTS, LEAST_SLOT_MB, Features, Float32Array, action_features, make_features
 from policy.model.forecast import Forecaster, UserForecast
 from policy.model.history import StepHistory
 from policy.model.spec import ModelSpec
@@ -96,12 +96,17 @@ class NetworkEvaluator:
 
 
 def decode_next(states: StateBatch, raw: RawOutputs, vel_command_mps: FloatArray, units: Units) -> StateBatch:
-    """Heads f_1 and f_2 in real units; AoI at least 1, data and energy at least 0, the absent unchanged."""
+    """Heads f_1 and f_2 in real units; energy at least 0, the absent unchanged.
+
+    AoI and data stay within what a slot can do (Eq. 1-4): at least 1 and 0, at most a slot older, a slot's data more.
+    A network asked about its own answers would else drift out of what it has seen, without bounds.
+    """
     uav_next, user_next = raw.uav_next.astype(np.float64), raw.user_next.astype(np.float64)
     flying, present = states.uav_active, states.user_active
     step_m = np.where(present[..., None], user_next[..., :2] * units.walk_m, 0.0)
-    aoi_slots = np.maximum(AOI_SCALE_SLOTS ** user_next[..., 2], 1.0)
-    data_mb = np.maximum(AOI_SCALE_SLOTS ** user_next[..., 3] - 1.0, 0.0) * units.slot_data_mb
+    aoi_slots = _power(user_next[..., 2], states.user_aoi_slots + 1.0)
+    slot_mb = np.maximum(units.slot_data_mb, LEAST_SLOT_MB)
+    data_mb = (_power(user_next[..., 3], states.user_data_mb / slot_mb + 2.0) - 1.0) * units.slot_data_mb
     energy_j = np.maximum(states.uav_energy_j - uav_next[..., 2] * units.battery_j, 0.0)
     return StateBatch(
         uav_pos_enu_m=states.uav_pos_enu_m + np.where(flying[..., None], uav_next[..., :2] * units.reach_m, 0.0),
@@ -114,3 +119,9 @@ def decode_next(states: StateBatch, raw: RawOutputs, vel_command_mps: FloatArray
         user_aoi_slots=np.where(present, aoi_slots, states.user_aoi_slots),
         user_active=present,
     )
+
+
+def _power(exponent: FloatArray, most: FloatArray) -> FloatArray:
+    """AOI_SCALE_SLOTS to the power of ``exponent``, from 1 to ``most``; bounded before it can overflow."""
+    highest = np.log(most) / np.log(AOI_SCALE_SLOTS)
+    return np.asarray(AOI_SCALE_SLOTS ** np.clip(exponent, 0.0, highest))

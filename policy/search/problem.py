@@ -113,7 +113,7 @@ def make_problem(
         settings=settings,
         horizon_slots=horizon,
         user_pos_enu_m=user_pos_enu_m[:horizon],
-        users=_users(scenario, moves.serving_radius_m, state, user_pos_enu_m[:horizon], user_blur_m),
+        users=_users(scenario, moves.serving_radius_m, state, user_pos_enu_m[:horizon], user_blur_m, settings),
         prices=_prices(scenario, settings, float(moves.table.cruise_j[-1]), is_last=0 < left <= settings.horizon_slots),
         effort=Effort(
             settings.beam, settings.cell_m, math.isfinite(scenario.max_accel_mps2), settings.polish_sweeps > 0
@@ -177,10 +177,12 @@ def _users(
     state: WorldState,
     user_pos_enu_m: FloatArray,
     user_blur_m: FloatArray | None,
+    settings: SearchSettings,
 ) -> Users:
     who = np.flatnonzero(state.user_active)
     horizon = user_pos_enu_m.shape[0]
     blur = np.zeros((horizon, who.size)) if user_blur_m is None else user_blur_m[:horizon, who]
+    blur = np.maximum(blur, settings.follow_m)
     goal = scenario.objective
     weight = goal.c_aoi + goal.c_collect * scenario.collect_mbps[who] * scenario.slot_s
     total = float(np.sum(weight))

@@ -8,6 +8,8 @@ from policy.world.scenario import Scenario
 
 THRIFT = 0.001
 """Slots of mean AoI a slot at full speed: a user in 60 served one slot sooner outweighs sixteen of them."""
+FOLLOW_M = 3.0
+"""Real vehicles end their slots within some metres of the plan (guidance's test: 10 m in a wind of 10 m/s)."""
 MANY_UAVS = 4
 
 
@@ -25,6 +27,7 @@ class SearchSettings:
     discount: float = 1.0  # a slot; Eq. 7 weighs all slots alike
     polish_sweeps: int = 0  # along every path, to places between the moves
     thrift: float = 0.0  # slots of mean AoI that the energy of one slot at full speed is worth beside the objective
+    follow_m: float = 0.0  # how far beside its plan a UAV may be when a slot ends: plans keep off the discs' edges
     cell_m: float = 30.0  # paths that end in one cell with one AoI of every user are one path
 
     def __post_init__(self) -> None:
@@ -35,7 +38,7 @@ class SearchSettings:
             raise ValueError(f"speed_shares must lie in (0, 1] and not be empty: {self.speed_shares}")
         if (
             not 0.0 < self.discount <= 1.0
-            or min(self.leaf_weight, self.rebuilds, self.polish_sweeps, self.thrift) < 0.0
+            or min(self.leaf_weight, self.rebuilds, self.polish_sweeps, self.thrift, self.follow_m) < 0.0
             or self.cell_m <= 0.0
         ):
             raise ValueError(f"need 0 < discount <= 1, cell_m > 0 and nothing negative: {self}")
@@ -51,7 +54,9 @@ def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
     many = scenario.num_uavs > MANY_UAVS
     if math.isfinite(scenario.max_accel_mps2):
         if fast:
-            return SearchSettings(horizon_slots=10, beam=12, rebuilds=1, speed_shares=(0.55, 1.0), polish_sweeps=4)
+            return SearchSettings(
+                horizon_slots=10, beam=12, rebuilds=1, speed_shares=(0.55, 1.0), polish_sweeps=4, follow_m=FOLLOW_M
+            )
         return SearchSettings(
             horizon_slots=12,
             beam=12 if many else 32,
@@ -60,6 +65,7 @@ def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
             polish_sweeps=3 if many else 6,
             discount=0.98,
             thrift=THRIFT,
+            follow_m=FOLLOW_M,
         )
     if fast:
         return SearchSettings(horizon_slots=10, beam=12, rebuilds=1, polish_sweeps=3, thrift=THRIFT)

@@ -1,8 +1,8 @@
 """The way into training: Algorithm 1 from the first episode to a folder that agents can fly with.
 
 ``out`` then holds ``checkpoint.safetensors`` (weights), ``model.onnx`` (for flying), ``card.json`` (where they come
-from), ``training_state.pt`` (to resume) and ``logs`` (TensorBoard). Everything is written beside and renamed, so an
-interrupted run leaves its last good checkpoint.
+from), ``curve.csv`` (the learning curve), ``training_state.pt`` (to resume) and ``logs`` (TensorBoard). Everything is
+written beside and renamed, so an interrupted run leaves its last good checkpoint.
 """
 
 import time
@@ -14,8 +14,10 @@ import torch
 from torch.utils.tensorboard import SummaryWriter
 
 from policy.agents.gcrl import GcrlAgent, GcrlSettings
+from policy.evaluation.learning_curve import CURVE, CurvePoint, read_curve
 from policy.evaluation.rollout import SlotPhysics
 from policy.model.checkpoint import CheckpointFiles
+from policy.model.checkpoint_error import CheckpointError
 from policy.model.evaluator import NetworkEvaluator
 from policy.model.export import export_onnx
 from policy.model.network import GcrlNetwork
@@ -23,6 +25,7 @@ from policy.model.torch_runner import TorchRunner
 from policy.model.weights import save_weights
 from policy.training.card import git_commit, write_card
 from policy.training.collect import fly_episode
+from policy.training.curve import curve_point, save_curve
 from policy.training.learner import Learner
 from policy.training.replay import Replay
 from policy.training.settings import TrainingError, TrainingStoppedError, TrainProgress, TrainSettings
@@ -57,7 +60,7 @@ def train(
     run = _Run(scenario, trace_sampler, settings, out, physics)
     if resume:
         run.resume()
-    with SummaryWriter(log_dir=str(out / "logs"), purge_step=run.episode) as log:
+    with SummaryWriter(log_dir=str(out / "logs"), purge_step=run.episode + 1) as log:
         while run.episode < settings.episodes:
             told = run.one_episode()
             _log(log, told)
@@ -90,6 +93,7 @@ class _Run:
         self._learner = Learner(GcrlNetwork(settings.model), settings)
         self._replay = Replay(settings.replay_episodes)
         self._scores: list[float] = []
+        self._curve: list[CurvePoint] = []
         self._losses = (float("nan"), float("nan"))
         self._begun_s = time.monotonic()
         self._resumed_at = 0
@@ -102,6 +106,11 @@ class _Run:
     def resume(self) -> None:
         self._scores = load_snapshot(self._out / FILE, self._settings, self._learner, self._replay)
         self._resumed_at = self.episode
+        try:
+            kept = read_curve(self._out / CURVE) or []  # a run that is older than this file begins its curve here
+        except CheckpointError as error:
+            raise TrainingError(str(error)) from None
+        self._curve = [point for point in kept if point.episode <= self.episode]
 
     def one_episode(self) -> TrainProgress:
         rng = np.random.default_rng([self._settings.seed, self.episode])
@@ -111,7 +120,9 @@ class _Run:
         self._replay.add(episode)
         self._learn(rng)
         self._scores.append(score)
-        return self._told()
+        told = self._told()
+        self._curve.append(curve_point(told))
+        return told
 
     def _agent(self) -> GcrlAgent:
         """The method itself, with the network as it is now."""
@@ -149,11 +160,12 @@ class _Run:
         )
 
     def checkpoint(self) -> None:
-        """Weights first: a snapshot never tells of weights that are not there."""
+        """Weights and curve first: a snapshot never tells of what is not there."""
         try:
             save_weights(self._learner.network, CheckpointFiles.in_folder(self._out).weights)
         except OSError as error:
             raise TrainingError(f"{self._out}: cannot write the checkpoint ({error})") from None
+        save_curve(self._out / CURVE, self._curve)
         save_snapshot(self._out / FILE, self._settings, self._learner, self._replay, self._scores)
 
     def finish(self) -> None:

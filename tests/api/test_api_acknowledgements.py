@@ -11,6 +11,7 @@ URL = "/api/v1/acknowledgements"
 
 def told(server: Server, severity: Severity) -> dict[str, float]:
     server.store.journal.record(Event(3.25, "link.lost", "UAV 2 is silent", severity, "c1", 2))
+    assert server.store.journal.settle(10.0)  # an event is told when it is in the store
     return {"sequence": server.store.tail.last_sequence, "time_s": 3.25}
 
 

@@ -33,6 +33,7 @@ RUN_BY = {
     "gcs audit": "tests/api/test_audit_command.py",
     "gcs doctor": "tests/doctor/test_doctor_command.py",
     "gcs openapi": "tests/api/test_client.py",
+    "gcs places": "tests/store/test_store_privacy.py",
     "policy evaluate": "tests/policy_cli/test_policy_command.py",
     "policy train": "tests/policy_cli/test_policy_train.py",
     "policy tables": "tests/evaluation/test_tables_command.py",

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,8 @@ def test_the_shipped_network_comes_first_and_own_ones_after(trained, tmp_path):
     assert pick(models[-3:], similarity="square").name == "b-square"
     assert pick(models, use_rgcn=False).kind == "gaussian, no RGCN"
     assert pick(models[:1], similarity="cosine") is None
+    assert all(model.curve for model in models[:-3])
+    assert [model.curve for model in models[-3:]] == [None] * 3
 
 
 @pytest.mark.parametrize(
@@ -116,6 +119,15 @@ def test_each_campaign_is_in_the_grid_once_and_the_paper_s_setting_in_every_camp
     gcrl = Method("gcrl", None, models[0].sha256, models[0].kind)
     axes = {(point.uavs, point.mcl_db) for point in points if (point.method, point.campus) == (gcrl, "y")}
     assert axes == {(u, 117.0) for u in (2, 3, 5, 7, 9, 11)} | {(2, mcl) for mcl in (115.0, 117.0, 119.0, 121.0, 123.0)}
+
+
+def test_next_states_differ_in_nothing_else_and_the_learned_is_table_i_s():
+    grid = make_grid(["nextstate"], ["x"], Extent(1), find_models(None))
+    assert [row.name for row in grid.next_states] == ["exact", "hybrid", "learned"]
+    options = [dict(row.on("x").options)["settings"] for row in grid.next_states]
+    assert len({replace(settings, next_state="learned") for settings in options}) == 1
+    assert grid.next_states[-1].method in [line.method for line in grid.similarities]
+    assert {point.method for point in grid.points()} == {row.method for row in grid.next_states}
 
 
 def test_a_choice_of_policies_leaves_the_others_out():

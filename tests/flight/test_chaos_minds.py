@@ -147,6 +147,13 @@ def held(engine: Engine) -> Iterator[None]:
         connection.rollback()
 
 
+def reach(flight: Flight, state: CampaignState, limit_s: float = 1500.0) -> None:
+    """By the manager's own word: what is told waits for the store, which has another clock than the flight."""
+    end_s = flight.fleet.now_s() + limit_s
+    flight.loop.run(until=lambda s: flight.manager.campaign.state is state or s.time_s > end_s)
+    assert flight.manager.campaign.state is state
+
+
 @pytest.mark.parametrize("capacity", [100_000, 50], ids=["stalled", "full"])
 def test_a_store_that_stalls_or_is_full(capacity: int, tmp_path: Path) -> None:
     """The drones fly their slots as if nothing were; what is lost is counted and told."""
@@ -160,16 +167,16 @@ def test_a_store_that_stalls_or_is_full(capacity: int, tmp_path: Path) -> None:
     slowest_s = 0.0
     with held(engine):
         flight.start()
-        flight.until_state(CampaignState.FLYING)
+        reach(flight, CampaignState.FLYING)
         begun_s = flight.fleet.now_s()
-        while flight.loop.snapshot().campaign.state is CampaignState.FLYING:
+        while flight.manager.campaign.state is CampaignState.FLYING:
             before_s = time.thread_time()
             wall_s = time.monotonic()
             flight.loop.tick()
             waited_s = time.monotonic() - wall_s - (time.thread_time() - before_s)
             slowest_s = max(slowest_s, waited_s)
         ended_s = flight.fleet.now_s()
-        flight.until_state(CampaignState.DONE)
+        reach(flight, CampaignState.DONE)
     assert stream_gap_s(flight, begun_s, ended_s) < 0.5 * OFFBOARD_LOSS_S
     assert slowest_s < OFFBOARD_LOSS_S, "no tick waited for the store for as long as ends OFFBOARD"
     assert not any(vehicle.armed for vehicle in flight.vehicles)

@@ -57,7 +57,14 @@ def test_a_predicted_state_has_the_meaning_of_a_real_one() -> None:
 
 def test_ages_and_data_come_back_from_their_logarithms() -> None:
     states, units = random_states(np.random.default_rng(1), batch=1, uavs=1, users=2), small_units(2)
+    states = replace(
+        states,
+        user_aoi_slots=np.full((1, 2), 11.5),
+        user_data_mb=np.full((1, 2), 10.5 * 0.3),
+        user_active=np.full((1, 2), True),
+    )
     user_next = np.zeros((1, 2, 4), dtype=np.float32)
+    user_next[0, 0, 2:] = (1e3, 1e3)  # as of a network far from what it has seen
     user_next[0, 1, 2:] = (np.log(12.0) / np.log(30.0), np.log1p(11.0) / np.log(30.0))
     raw = RawOutputs(
         np.ones((1, 2), dtype=np.float32),
@@ -68,3 +75,5 @@ def test_ages_and_data_come_back_from_their_logarithms() -> None:
     after = decode_next(states, raw, np.zeros((1, 1, 2)), units)
     np.testing.assert_allclose(after.user_aoi_slots[0, 1], 12.0, rtol=1e-5)
     np.testing.assert_allclose(after.user_data_mb[0, 1], 11.0 * 0.3, rtol=1e-5)
+    np.testing.assert_allclose(after.user_aoi_slots[0, 0], 12.5, rtol=1e-6)  # a slot older, no more
+    np.testing.assert_allclose(after.user_data_mb[0, 0], 11.5 * 0.3, rtol=1e-6)

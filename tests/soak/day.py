@@ -246,7 +246,7 @@ def _sample(flown_s: float) -> Sample:
         memory_mb=process.memory_info().rss / 1e6,
         threads=process.num_threads(),
         files=process.num_fds(),
-        tasks=sum(isinstance(one, asyncio.Task) and not one.done() for one in objects),
+        tasks=sum(issubclass(type(one), asyncio.Task) and not one.done() for one in objects),
         objects=len(objects),
     )
 

@@ -51,9 +51,12 @@ def test_a_revoked_key_is_refused_at_once_here_and_soon_elsewhere(store: Store) 
 def test_roles_include_the_lower_ones() -> None:
     allowed = {(role, needed) for role in Role for needed in Role if role.allows(needed)}
     assert allowed == {
+        (Role.REPORTER, Role.REPORTER),
         (Role.VIEWER, Role.VIEWER),
+        (Role.OPERATOR, Role.REPORTER),
         (Role.OPERATOR, Role.VIEWER),
         (Role.OPERATOR, Role.OPERATOR),
+        (Role.ADMIN, Role.REPORTER),
         (Role.ADMIN, Role.VIEWER),
         (Role.ADMIN, Role.OPERATOR),
         (Role.ADMIN, Role.ADMIN),

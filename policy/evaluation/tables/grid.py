@@ -17,12 +17,19 @@ from policy.evaluation.tables.methods import (
     with_options,
 )
 from policy.model.spec import SIMILARITIES
+from policy.search.next_state import NEXT_STATES
 
-SECTIONS = ("table1", "table2", "table3", "methods", "uavs", "mcl", "trajectories")
-"""Table I-III; all methods at U = 2 and 117 dB; Figures 4, 6, 8; Figures 5, 7, 9; Figure 3."""
+SECTIONS = (
+    *("table1", "table2", "table3", "nextstate", "methods", "uavs", "mcl"),
+    *("trajectories", "relations", "curves"),
+)
+"""Table I-III; the search on exact, hybrid and learned next states; all methods at U = 2 and 117 dB; Figures 4, 6, 8;
+Figures 5, 7, 9; Figure 3; Figure 2; learning curves."""
 BASE_UAVS = 2
 BASE_MCL_DB = 117.0
 QUICK_SLOTS = 20
+NEXT_STATE_DEPTH = 3
+"""N of the paper's Table III."""
 PLAIN = "receding-horizon"
 """The plain planner, what a user would pick instead, stands beside the ablations."""
 
@@ -63,6 +70,14 @@ class Grid:
     methods: tuple[Row, ...]
     similarities: tuple[Similar, ...]
     ablations: tuple[Row, ...]
+    next_states: tuple[Row, ...] = ()
+    networks: tuple[Model, ...] = ()  # all at hand, for their learning curves
+
+    @property
+    def attending(self) -> Method | Absent:
+        """The network whose relation weights are drawn: that of the default ``gcrl``."""
+        left_out = Absent("`gcrl` is not among --policies")
+        return next((row.method for row in self.methods if row.policy == "gcrl"), left_out)
 
     def points(self) -> tuple[Point, ...]:
         """All that is flown in campaigns, each once, nearest to the paper's tables first."""
@@ -74,6 +89,8 @@ class Grid:
             yield from self._at(base, lambda _: (line.method for line in self.similarities))
         elif section == "table3":
             yield from self._at(base, lambda campus: (row.on(campus) for row in self.ablations))
+        elif section == "nextstate":
+            yield from self._at(base, lambda campus: (row.on(campus) for row in self.next_states))
         elif section in ("methods", "trajectories"):
             yield from self._at(base, self._everyone)
         elif section in ("uavs", "mcl"):
@@ -115,6 +132,8 @@ def make_grid(
         methods=methods,
         similarities=_similarities(models, extent.depths) if with_gcrl else (),
         ablations=_ablations(models) if with_gcrl else (),
+        next_states=_next_states(models) if with_gcrl else (),
+        networks=tuple(models) if with_gcrl else (),
     )
 
 
@@ -139,6 +158,14 @@ def _ablations(models: Sequence[Model]) -> tuple[Row, ...]:
         Row("w/o pred", with_options(whole, settings=stay)),
         Row("w/o RGCN, pred", with_options(without_rgcn, settings=stay)),
         Row(PLAIN, Method(PLAIN)),
+    )
+
+
+def _next_states(models: Sequence[Model]) -> tuple[Row, ...]:
+    """The paper's own search, its next states by the world's physics, learned, or each where it is best."""
+    network = gcrl(pick(models), "of it")
+    return tuple(
+        Row(kind, with_options(network, settings=GcrlSettings.paper(NEXT_STATE_DEPTH, kind))) for kind in NEXT_STATES
     )
 
 

@@ -3,8 +3,9 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from policy.evaluation.learning_curve import CurvePoint
 from policy.evaluation.tables.cells import Point
-from policy.evaluation.tables.grid import BASE_MCL_DB, BASE_UAVS, Grid, axis
+from policy.evaluation.tables.grid import BASE_MCL_DB, BASE_UAVS, NEXT_STATE_DEPTH, Grid, axis
 from policy.evaluation.tables.methods import Absent, Method, Row
 from policy.evaluation.tables.paper import FIGURES, TABLE_I, TABLE_II_MS, TABLE_III, Printed
 from policy.evaluation.tables.spread import METRICS, spread
@@ -55,6 +56,24 @@ def table_iii(grid: Grid, cells: Cells) -> Iterator[str]:
     yield from _compared(grid, grid.ablations, cells)
 
 
+def next_states(grid: Grid, cells: Cells) -> Iterator[str]:
+    """Where the search takes its next states from (Eq. 12)."""
+    yield "## Next state: exact, hybrid, learned"
+    yield (
+        f"The paper's own search (nine actions, N = {NEXT_STATE_DEPTH}, learned value) on three kinds of next states: "
+        "`exact`, the world's own physics with users that stay; `hybrid`, the same with users where the network "
+        "predicts them; `learned`, everything by the network, as in the paper."
+    )
+    yield from _missing(grid, grid.next_states)
+    at = (BASE_UAVS, BASE_MCL_DB)
+    lines = (
+        [sign, row.name, *(_ours(campus, row.on(campus), cells, metric, at) for campus in grid.campuses)]
+        for metric, sign in METRICS.items()
+        for row in grid.next_states
+    )
+    yield _table(["", "next state", *grid.campuses], lines)
+
+
 def methods_table(grid: Grid, cells: Cells) -> Iterator[str]:
     """Everyone at the paper's main setting."""
     yield f"## All methods, U = {BASE_UAVS}, {BASE_MCL_DB:g} dB"
@@ -78,6 +97,42 @@ def figures(section: str, grid: Grid, cells: Cells) -> Iterator[str]:
             for row in grid.methods
         )
         yield from _titled_table(title, ["", "method", *heads], lines)
+
+
+def relation_weights(grid: Grid) -> Iterator[str]:
+    """Text above the pictures of Fig. 2."""
+    yield "## Relation weights (Fig. 2)"
+    yield (
+        "How much each UAV attends to each user (Eq. 11d), in the middle of the campaign that the default `gcrl` flies "
+        "from the launch point. A line is as thick as its weight, each picture by its own greatest; the darker a user, "
+        "the older its data."
+    )
+    yield from _reasons([("gcrl", grid.attending)])
+
+
+def learning_curves(grid: Grid) -> Iterator[str]:
+    """Text above the picture of learning curves, and each one's end."""
+    yield "## Learning curves"
+    yield (
+        "From `curve.csv`, which training leaves beside its checkpoint. Dots are single episodes, each at another "
+        "place; the line is the mean of the last 20, which is the column κ. Losses are means of the last 20. "
+        "While a training warms up its network does not fly, so the scores of trainings on the same draws coincide; a "
+        "score tells more of its place than of the network, the losses tell what was learned."
+    )
+    without = [f"`{model.name}`" for model in grid.networks if not model.curve]
+    if without:
+        yield f"Without a curve: {', '.join(without)} (`python -m policy.training.curve` makes one from `logs`)."
+    kept = [(model, model.curve) for model in grid.networks if model.curve]
+    lines = ([model.name, model.kind, str(curve[-1].episode), *_end(curve)] for model, curve in kept)
+    if kept:
+        yield _table(["network", "kind", "episodes", "κ", "L_val", "L_pred"], lines)
+
+
+def _end(curve: Sequence[CurvePoint]) -> Iterator[str]:
+    last = curve[-20:]
+    yield f"{curve[-1].mean_score:.3f}"
+    yield f"{sum(point.value_loss for point in last) / len(last):.4f}"
+    yield f"{sum(point.prediction_loss for point in last) / len(last):.4f}"
 
 
 def picture(name: str, title: str) -> str:
@@ -133,5 +188,9 @@ def _timing(row: Row, campus: str, measured: Mapping[str, Mapping[str, float]]) 
 
 def _titled_table(title: str, head: Sequence[str], lines: Iterable[Sequence[str]]) -> Iterator[str]:
     yield f"### {title}"
+    yield _table(head, lines)
+
+
+def _table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
     rows = [head, ["---"] * len(head), *lines]
-    yield "\n".join("| " + " | ".join(row) + " |" for row in rows)
+    return "\n".join("| " + " | ".join(row) + " |" for row in rows)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from policy.agents.registry import POLICIES, RIVALS, PolicyChoice
+from policy.evaluation.learning_curve import CurvePoint, curve_file, read_curve
 from policy.model.checkpoint import DEFAULT_NAME, find_checkpoint, read_card
 from policy.model.checkpoint_error import CheckpointError
 from policy.model.files import SHIPPED, check_digest
@@ -83,6 +84,7 @@ class Model:
     similarity: str
     use_rgcn: bool
     sha256: str  # of the exported graph, which is what flies
+    curve: tuple[CurvePoint, ...] | None = None  # of its training; None where it was not kept
 
     @property
     def kind(self) -> str:
@@ -186,7 +188,9 @@ def _model(place: Path, *, default: bool = False) -> Model:
     spec = card.get("spec")
     if not isinstance(spec, dict) or not {"similarity", "use_rgcn"} <= set(spec):
         raise CheckpointError(f"{files.card}: says nothing of the network's similarity and RGCN; train it again")
-    return Model(place.name, None if default else str(place), spec["similarity"], spec["use_rgcn"], digest)
+    curve = read_curve(curve_file(place))
+    kept = tuple(curve) if curve else None
+    return Model(place.name, None if default else str(place), spec["similarity"], spec["use_rgcn"], digest, kept)
 
 
 def _check_graph(graph: Path, digest: str) -> None:

@@ -41,7 +41,7 @@ def can_plot() -> bool:
 
 def curves(section: str, campus: str, grid: Grid, cells: Cells) -> "Figure":
     """Four metrics along U or MCL, one line a method, bars for the deviation over seeds."""
-    figure, panels = _figure((9.0, 6.5), 2, 2)
+    figure, panels = blank((9.0, 6.5), 2, 2)
     points = axis(section, grid.extent)
     along = [uavs if section == "uavs" else mcl_db for uavs, mcl_db in points]
     for panel, metric in zip(panels, METRICS, strict=True):
@@ -66,7 +66,7 @@ def trajectories(campus: Campus, grid: Grid, cells: Cells) -> "Figure | None":
     ]
     if not flown:
         return None
-    figure, panels = _figure((4.5 * len(flown), 4.2), 1, len(flown))
+    figure, panels = blank((4.5 * len(flown), 4.2), 1, len(flown))
     scenario, users = campus.opened(BASE_UAVS, BASE_MCL_DB)
     east_m, north_m = scenario.area.size_m
     for panel, (name, way_m) in zip(panels, flown, strict=True):
@@ -100,7 +100,7 @@ def save(figure: "Figure", out: Path, name: str) -> None:
         raise OutputError(f"{out / name}.png: cannot be written: {error.strerror or error}") from error
 
 
-def _figure(size_inches: tuple[float, float], rows: int, columns: int) -> "tuple[Figure, Sequence[Axes]]":
+def blank(size_inches: tuple[float, float], rows: int, columns: int) -> "tuple[Figure, Sequence[Axes]]":
     """A figure of its own, without pyplot's global state."""
     from matplotlib.figure import Figure  # noqa: PLC0415 - an extra
 

@@ -3,12 +3,12 @@
 import csv
 import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from policy.evaluation.files import write_text
-from policy.evaluation.tables import markdown, plots
+from policy.evaluation.tables import markdown, network_plots, plots
 from policy.evaluation.tables.campuses import Campus
 from policy.evaluation.tables.grid import Grid
 from policy.evaluation.tables.load import flat_row
@@ -17,7 +17,12 @@ from policy.evaluation.tables.paper import FIGURES
 from policy.evaluation.tables.provenance import Provenance
 from policy.evaluation.tables.sweep import Cells
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 PAGE = "README.md"
+DRAWN: Mapping[str, int | None] = {"uavs": None, "mcl": None, "trajectories": 3, "relations": 2, "curves": None}
+"""Sections with pictures, and the paper's figure where it is the same for every campus."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +36,7 @@ class Findings:
     timings: Mapping[str, Mapping[str, Any]]  # by campus
     provenance: Provenance
     quick: bool
+    relations: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # by campus, see ``relations.py``
 
 
 def write_report(out: Path, found: Findings) -> list[Path]:
@@ -81,7 +87,7 @@ def _head(found: Findings) -> Iterator[str]:
 
 
 def _networks(grid: Grid) -> Iterator[str]:
-    rows = [*grid.methods, *grid.ablations]
+    rows = [*grid.methods, *grid.ablations, *grid.next_states]
     methods = dict.fromkeys(_single(rows)) | dict.fromkeys(line.method for line in grid.similarities)
     known = {m.checkpoint_sha256: m for m in methods if not isinstance(m, Absent) and m.checkpoint_sha256}
     for digest, method in known.items():
@@ -103,41 +109,57 @@ def _tables(section: str, found: Findings) -> Iterator[str]:
         yield from markdown.table_ii(grid, found.timings)
     elif section == "table3":
         yield from markdown.table_iii(grid, cells)
+    elif section == "nextstate":
+        yield from markdown.next_states(grid, cells)
     elif section == "methods":
         yield from markdown.methods_table(grid, cells)
     elif section in ("uavs", "mcl"):
         yield from markdown.figures(section, grid, cells)
+    elif section == "relations":
+        yield from markdown.relation_weights(grid)
+    elif section == "curves":
+        yield from markdown.learning_curves(grid)
     else:
         yield "## Trajectories (Fig. 3)"
         yield "Seed 0; grey dots are the users' places over the whole campaign."
 
 
 def _pictures(section: str, found: Findings, drawn: set[str]) -> Iterator[str]:
-    if section not in ("uavs", "mcl", "trajectories"):
+    if section not in DRAWN:
         return
+    if section in drawn:
+        yield markdown.picture(section, section)
     for campus in found.campuses:
         name = f"{section}-{campus.name}"
         if name in drawn:
-            number = 3 if section == "trajectories" else FIGURES.get((section, campus.name))
+            number = DRAWN[section] or FIGURES.get((section, campus.name))
             yield markdown.picture(name, f"{campus.name}, as Fig. {number}" if number else campus.name)
-    if not drawn:
+    if not drawn and not plots.can_plot():
         yield "No plots: matplotlib is not installed (`pip install 'uav-crowdsensing[train]'`)."
 
 
 def _draw(out: Path, found: Findings) -> set[str]:
     drawn = set()
-    for campus in found.campuses:
-        for section in found.grid.sections:
-            name = f"{section}-{campus.name}"
-            if section in ("uavs", "mcl"):
-                plots.save(plots.curves(section, campus.name, found.grid, found.cells), out, name)
+    for section in found.grid.sections:
+        for name, figure in _figures(section, found):
+            if figure is not None:
+                plots.save(figure, out, name)
                 drawn.add(name)
-            elif section == "trajectories":
-                figure = plots.trajectories(campus, found.grid, found.cells)
-                if figure is not None:
-                    plots.save(figure, out, name)
-                    drawn.add(name)
     return drawn
+
+
+def _figures(section: str, found: Findings) -> "Iterator[tuple[str, Figure | None]]":
+    """A section's pictures by name; None where there is nothing to be drawn."""
+    if section == "curves":
+        yield section, network_plots.learning_curves(found.grid.networks)
+    for campus in found.campuses:
+        name = f"{section}-{campus.name}"
+        if section in ("uavs", "mcl"):
+            yield name, plots.curves(section, campus.name, found.grid, found.cells)
+        elif section == "trajectories":
+            yield name, plots.trajectories(campus, found.grid, found.cells)
+        elif section == "relations" and campus.name in found.relations:
+            yield name, network_plots.relation_lines(campus, found.relations[campus.name])
 
 
 def _campaign_rows(cells: Cells) -> list[dict[str, Any]]:
