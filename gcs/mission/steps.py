@@ -62,8 +62,9 @@ class Turn(Step):
         if any(other.pad_m is None for other in at.crew.drones):
             return None
         if at.drone.index > 0:
-            before = at.crew.drones[at.drone.index - 1].track
-            if before is None or before.alt_home_m < min(at.crew.settings.launch_gap_m, at.drone.layer_alt_m):
+            before = at.crew.drones[at.drone.index - 1]
+            clear_m = min(at.crew.settings.launch_gap_m, at.drone.layer_alt_m)
+            if before.track is None or before.track.alt_home_m < clear_m or _may_be_overtaken(before):
                 return None
         assert at.drone.status is not None
         landed = at.drone.status.autopilot == "px4" and at.drone.status.mode in NOT_ARMABLE
@@ -282,6 +283,14 @@ def _goal_here(at: Moment) -> Goal:
     drone = at.drone
     point_m = (drone.track.east_m, drone.track.north_m) if drone.track is not None else drone.launch_m
     return Goal(point_m, drone.layer_alt_m, at.crew.settings.transit_speed_mps)
+
+
+def _may_be_overtaken(before: Drone) -> bool:
+    """Below its layer and not in a take-off's climb: after a restart or a regain it is flown up slowly, or hangs."""
+    track = before.track
+    if track is None or track.alt_home_m >= before.layer_alt_m - 2.0 * ALTITUDE_REACHED_M:
+        return False
+    return before.is_streamed or track.vel_up_mps < SLOWEST_CLIMB_MPS
 
 
 def _is_clear(drone: Drone, other: Drone) -> bool:

@@ -163,7 +163,7 @@ def test_a_drone_that_is_never_heard_again_is_no_success(state: CampaignState) -
 def test_a_climb_that_was_cut_off_is_finished_after_the_restart(autopilot: str) -> None:
     flight = Flight(autopilot=autopilot)
     flight.start()
-    flight.until(lambda s: flight.vehicles[0].alt_m > 40.0)
+    flight.until(lambda s: flight.vehicles[0].alt_m > 15.0)
     flight.vehicles[0].target_alt_m = 0.0
     flight.vehicles[0].mode = FlightMode.HOLD if autopilot == "px4" else FlightMode.GUIDED
     restart(flight, 3.0)
