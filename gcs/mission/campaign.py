@@ -44,6 +44,7 @@ class Campaign:
         self.state = CampaignState.READY
         self.ending = Trigger.LANDED
         self.reason = ""
+        self.settled_s: float | None = None  # since when a recovery has nothing left to do but to see who stands
         self.slots: SlotFlight | None = None
         self.records: list[SlotRecord] = []
         self.setpoints = SetpointBooks()

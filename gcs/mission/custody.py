@@ -36,7 +36,7 @@ def link_gap(status: VehicleStatus, now_s: float) -> bool:
 def is_unreachable(drone: Drone, now_s: float) -> bool:
     """Nothing is heard of it, or it fell out of our stream and does not answer: it cannot be taken back yet."""
     status = drone.status
-    if status is None or is_link_lost(status, now_s):
+    if status is None or drone.track is None or is_link_lost(status, now_s):
         return True
     fallen_out = drone.control is Control.GUIDED and status.mode_name in STREAM_LOST_MODES
     return fallen_out and not drone.halted and link_gap(status, now_s)

@@ -74,6 +74,11 @@ class Drone:
         """In the air as far as we know, by its own altitude."""
         return self.track is not None and self.status is not None and self.status.armed and self.track.alt_home_m > 1.0
 
+    @property
+    def spends_energy(self) -> bool:
+        """In the air, or not heard since a restart that left it there: the books count on hovering."""
+        return self.is_airborne or (self.silent_s is not None and self.track is None)
+
     def order(
         self, kind: CommandKind, link: OrderTaker, now_s: float, *, attempts: int = 3, pause_s: float = 3.0
     ) -> Verdict | None:

@@ -11,6 +11,7 @@ from gcs.mission.steps import (
     LAND_HERE_STEPS,
     REGAIN_STEPS,
     RETURN_STEPS,
+    Climb,
     FlyTo,
 )
 from gcs.ports import CampaignState
@@ -26,7 +27,7 @@ def take_back(drone: Drone, state: CampaignState, *, stopped: bool) -> None:
     if stopped:  # when a person takes the stop off
         drone.halted = True
         return
-    after = {CampaignState.LAUNCHING: (FlyTo(home=False),), CampaignState.RECOVERING: HOME_STEPS}
+    after = {CampaignState.LAUNCHING: (Climb(), FlyTo(home=False)), CampaignState.RECOVERING: HOME_STEPS}
     going_home = HOME_STEPS if not drone.active and not drone.script.finished else ()
     drone.script = Script((*REGAIN_STEPS, *after.get(state, going_home)))
     drone.halted = drone.active

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from gcs.fleet.track import make_track
+from gcs.mission.aftermath import COMING_DOWN_S, ending_of, is_coming_down, left_in_the_air
 from gcs.mission.campaign import Campaign
 from gcs.mission.campaign_log import CampaignLog
 from gcs.mission.custody import is_unreachable, judge_custody, link_gap
@@ -210,6 +211,7 @@ class MissionManager:
         for drone in campaign.drones:
             status = vehicles.get(drone.system_id)
             if status is None:
+                drone.gap_s = now_s
                 continue
             drone.status = status
             drone.track = make_track(status, frame, now_s) or drone.track
@@ -310,11 +312,21 @@ class MissionManager:
             case CampaignState.FLYING:
                 self._fly(campaign, now_s)
             case CampaignState.RECOVERING if all(_is_settled(drone) for drone in campaign.drones):
-                self._log.setpoints(campaign, campaign.records[-1].slot + 1 if campaign.records else 0)
-                self._move(campaign.ending, campaign.reason)
-                campaign.order.planner.close()
+                self._end(campaign, now_s)
             case _:
                 pass
+
+    def _end(self, campaign: Campaign, now_s: float) -> None:
+        """Nothing is left to be done: everyone stands, or somebody was not seen to, and a person must know."""
+        if campaign.settled_s is None:
+            campaign.settled_s = now_s
+        awaited = any(is_coming_down(drone, now_s) for drone in campaign.drones)
+        if awaited and now_s - campaign.settled_s <= COMING_DOWN_S:
+            return
+        left = left_in_the_air(campaign.drones)
+        self._log.setpoints(campaign, campaign.records[-1].slot + 1 if campaign.records else 0)
+        self._move(ending_of(campaign.ending, left), "; ".join((*filter(None, [campaign.reason]), *left)))
+        campaign.order.planner.close()
 
     def _begin_slots(self, campaign: Campaign, now_s: float) -> None:
         self._move(Trigger.LAUNCHED)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from gcs.mission.campaign import Campaign
 from gcs.mission.campaign_log import CampaignLog
 from gcs.mission.drone import Control, Drone
-from gcs.mission.resume import PATIENCE_S, Resumption, has_reported, takeover
+from gcs.mission.resume import LAUNCH_PATIENCE_S, PATIENCE_S, Resumption, has_reported, takeover
 from gcs.mission.script import Script
 from gcs.mission.slot_flight import FlownBefore, SlotFlight
 from gcs.ports import CampaignState, DroneCheckpoint, Severity
@@ -26,7 +26,8 @@ class Reopened:
 
 def is_due(campaign: Campaign, resumption: Resumption, waited_s: float, now_s: float) -> bool:
     """Everyone who was ours has been heard, or was waited for long enough."""
-    return has_reported(campaign.drones, resumption.checkpoint, now_s) or waited_s >= PATIENCE_S
+    patience_s = LAUNCH_PATIENCE_S if campaign.state is CampaignState.LAUNCHING else PATIENCE_S
+    return has_reported(campaign.drones, resumption.checkpoint, now_s) or waited_s >= patience_s
 
 
 def reopen(campaign: Campaign, log: CampaignLog, now_s: float, stopped: Stopped, *, virtual: bool) -> Reopened:
@@ -63,6 +64,10 @@ def _take_over(
     drone.control, drone.active, drone.landed = fate.control, fate.active, fate.landed
     drone.halted, drone.script, drone.reason = fate.halted, Script(fate.steps), fate.reason
     drone.park()
+    if fate.silent:
+        drone.silent_s = drone.gap_s = now_s
+        words = f"drone {drone.system_id}: it was not heard after the restart; it is waited for"
+        log.event("drone.silent", words, Severity.WARNING, drone.system_id)
     if drone.is_streamed and stopped(drone.system_id):  # regained when a person takes the stop off
         drone.control, drone.halted, drone.script = Control.GUIDED, True, Script(())
     if fate.reason and then.control != Control.RELEASED:

@@ -13,9 +13,10 @@ from gcs.fleet.track import is_link_lost
 from gcs.mission.drone import Control, Drone
 from gcs.mission.order import CampaignOrder, FleetLimits
 from gcs.mission.script import Done, Failed, Moment, Step
-from gcs.mission.steps import HOME_STEPS, REGAIN_STEPS, Climb, Down, FlyTo, launch_steps
+from gcs.mission.steps import ALTITUDE_REACHED_M, HOME_STEPS, REGAIN_STEPS, Climb, Down, FlyTo, launch_steps
 from gcs.ports import CampaignState, Checkpoint, DroneCheckpoint, FlightMode, SlotRecord, VehicleStatus
 
+LAUNCH_PATIENCE_S = 60.0  # nobody is in a slot yet: a launch rather waits than fails
 PATIENCE_S = 5.0  # five missed heartbeats: a vehicle that says nothing for so long has lost its link
 LANDING_S = 900.0
 STREAM_LOST_MODES = frozenset({"POSCTL", "AUTO.LOITER"})
@@ -70,6 +71,31 @@ def check_resumption(resumption: Resumption, order: CampaignOrder) -> None:
         raise ResumeError("its users are not those of the records; was the trace changed?")
 
 
+RISING_MPS = 0.3
+RISE_PATIENCE_S = 10.0
+
+
+@dataclass(frozen=True)
+class Rise(Step):
+    """A take-off under way is finished by the vehicle; one that was cut off is not waited for: it is flown up."""
+
+    timeout_s: float = 300.0
+    what = "finishing its take-off"
+
+    def check(self, at: Moment) -> Done | Failed | None:
+        """At its layer, or in the air and not rising any more."""
+        track = at.drone.track
+        if track is None:
+            return None
+        arrived = track.alt_home_m >= at.drone.layer_alt_m - ALTITUDE_REACHED_M
+        given_up = at.after_s > RISE_PATIENCE_S and at.drone.is_airborne and track.vel_up_mps < RISING_MPS
+        return Done() if arrived or given_up else None
+
+
+GO_ON_STEPS: tuple[Step, ...] = (*REGAIN_STEPS, Climb(), FlyTo(home=False))
+"""From the air to the launch point: what is left of the climb is flown under our velocity."""
+
+
 @dataclass(frozen=True)
 class Settle(Step):
     """An armed vehicle on the ground: either its take-off comes, or it disarms itself after 10 s. Then go on."""
@@ -80,7 +106,7 @@ class Settle(Step):
     def check(self, at: Moment) -> Done | Failed | None:
         """The vehicle tells which order it had taken up."""
         if at.drone.is_airborne:
-            return Done(then=(Climb(), *REGAIN_STEPS, FlyTo(home=False)))
+            return Done(then=(Rise(), *GO_ON_STEPS))
         if at.drone.status is not None and not at.drone.status.armed:
             return Done(then=launch_steps(at.crew.settings.ready_timeout_s))
         return None
@@ -96,6 +122,7 @@ class Takeover:
     landed: bool = False
     halted: bool = False  # no part in the slots until its steps are done
     reason: str = ""
+    silent: bool = False  # waited for, as a drone whose link is dead
 
 
 def has_reported(drones: Sequence[Drone], was: Checkpoint, now_s: float) -> bool:
@@ -110,7 +137,7 @@ def takeover(state: CampaignState, was: DroneCheckpoint, drone: Drone, now_s: fl
     if was.control == Control.RELEASED:
         return Takeover(Control.RELEASED, reason="it was released before the server ended")
     if status is None or not _is_heard(drone, now_s):
-        return _gone("it was not heard after the restart")
+        return _unheard(state, was)
     return _in_the_air(state, was, status) if drone.is_airborne else _on_ground(state, was, status, ready_s)
 
 
@@ -134,10 +161,20 @@ def _on_ground(state: CampaignState, was: DroneCheckpoint, status: VehicleStatus
     return Takeover(Control.AUTOPILOT, landed=True)
 
 
+def _unheard(state: CampaignState, was: DroneCheckpoint) -> Takeover:
+    """Nothing says that it is gone: it is waited for like any drone whose link is dead (``gcs/mission/custody.py``)."""
+    if was.landed:
+        return Takeover(Control.AUTOPILOT, landed=True)
+    if state is CampaignState.LAUNCHING:
+        return _gone("it was not heard after the restart")
+    in_slots = was.active and state is not CampaignState.RECOVERING
+    return Takeover(Control.GUIDED, () if in_slots else HOME_STEPS, active=in_slots, silent=True)
+
+
 def _regain(state: CampaignState, was: DroneCheckpoint) -> Takeover:
     if state is CampaignState.LAUNCHING:
-        climb = (Climb(),) if was.control == Control.AUTOPILOT else ()  # else it was at its layer already
-        return Takeover(Control.AUTOPILOT, (*climb, *REGAIN_STEPS, FlyTo(home=False)))
+        rise = (Rise(),) if was.control == Control.AUTOPILOT else ()  # else it was at its layer already
+        return Takeover(Control.AUTOPILOT, (*rise, *GO_ON_STEPS))
     if was.active and state is not CampaignState.RECOVERING:
         return Takeover(Control.STREAM, REGAIN_STEPS, active=True, halted=True)
     return Takeover(Control.STREAM, (*REGAIN_STEPS, *HOME_STEPS))

@@ -160,7 +160,7 @@ class SlotFlight:
         self._meter.tick(
             now_s,
             [track.speed_mps if track is not None else 0.0 for track in tracks],
-            [drone.is_airborne for drone in self._drones],
+            [drone.spends_energy for drone in self._drones],
         )
 
     def step(self, now_s: float) -> tuple[SlotRecord | None, SlotTrouble | None]:
@@ -179,7 +179,7 @@ class SlotFlight:
 
     def catch_up(self, now_s: float) -> tuple[SlotRecord, ...]:
         """Close the slots that ended unwatched, with the fleet where it was found and users where they were then."""
-        airborne = [drone.is_airborne for drone in self._drones]
+        airborne = [drone.spends_energy for drone in self._drones]
         if self._paused_at_s is not None:
             return ()
         slot_s, missed = self.scenario.slot_s, []

@@ -15,6 +15,7 @@ from gcs.ports import CommandKind, FlightMode, Landed, Verdict, VerdictResult
 
 ALTITUDE_REACHED_M = 1.0
 SLOWEST_CLIMB_MPS = 1.0
+STUCK_BELOW_MPS = 0.2
 CLEAR_BELOW_M = 15.0  # a drone on the next pad must be this much lower before one descends
 PAD_NEIGHBOUR_M = 20.0
 DISARM_PATIENCE_S = 15.0  # ArduPilot disarms 2 s after touch-down (measured), PX4 likewise
@@ -61,8 +62,9 @@ class Turn(Step):
         if any(other.pad_m is None for other in at.crew.drones):
             return None
         if at.drone.index > 0:
-            before = at.crew.drones[at.drone.index - 1].track
-            if before is None or before.alt_home_m < min(at.crew.settings.launch_gap_m, at.drone.layer_alt_m):
+            before = at.crew.drones[at.drone.index - 1]
+            clear_m = min(at.crew.settings.launch_gap_m, at.drone.layer_alt_m)
+            if before.track is None or before.track.alt_home_m < clear_m or _may_be_overtaken(before):
                 return None
         assert at.drone.status is not None
         landed = at.drone.status.autopilot == "px4" and at.drone.status.mode in NOT_ARMABLE
@@ -114,7 +116,8 @@ class Climb(Step):
             return Done()
         if at.after_s > 5.0 and not at.drone.status.armed:
             return Failed(f"drone {at.drone.system_id} disarmed during take-off{last_words(at.drone)}")
-        if at.after_s > 30.0 + at.drone.layer_alt_m / SLOWEST_CLIMB_MPS:
+        rises = at.drone.track.vel_up_mps >= STUCK_BELOW_MPS  # its clock or its climb may be slower than ours
+        if at.after_s > 30.0 + at.drone.layer_alt_m / SLOWEST_CLIMB_MPS and not rises:
             stuck = f"stuck at {at.drone.track.alt_home_m:.0f} of {at.drone.layer_alt_m:.0f} m"
             return Failed(f"drone {at.drone.system_id} does not climb, {stuck}{last_words(at.drone)}")
         return None
@@ -280,6 +283,14 @@ def _goal_here(at: Moment) -> Goal:
     drone = at.drone
     point_m = (drone.track.east_m, drone.track.north_m) if drone.track is not None else drone.launch_m
     return Goal(point_m, drone.layer_alt_m, at.crew.settings.transit_speed_mps)
+
+
+def _may_be_overtaken(before: Drone) -> bool:
+    """Below its layer and not in a take-off's climb: after a restart or a regain it is flown up slowly, or hangs."""
+    track = before.track
+    if track is None or track.alt_home_m >= before.layer_alt_m - 2.0 * ALTITUDE_REACHED_M:
+        return False
+    return before.is_streamed or track.vel_up_mps < SLOWEST_CLIMB_MPS
 
 
 def _is_clear(drone: Drone, other: Drone) -> bool:

@@ -42,7 +42,11 @@ class Store:
 def open_store(url: str) -> Store:
     """Open and migrate; raises StoreError with one line."""
     engine = open_engine(url)
-    upgrade(engine)
+    try:
+        upgrade(engine)
+    except BaseException:
+        engine.dispose()  # nobody else could: its connections would stay open
+        raise
     tail = EventTail()
     return Store(
         engine=engine,

@@ -291,6 +291,8 @@ def main() -> int:
             log = crash(store, moments, speedup=args.speedup, slots=SLOTS, flavour=flavour, limit_s=300.0)
         logs.append((flavour, log))
         print(_row(flavour, log), flush=True)
+        if not _is_good(log):
+            print(_ending(log), flush=True)
     text, good = _table(logs)
     print(text)
     if args.out is not None:
@@ -305,6 +307,11 @@ def _row(flavour: str, log: CrashLog) -> str:
         f"{flavour}: killed while {', '.join(log.killed_in)}; obeying {again} s after the start of the process; "
         f"{log.state} {log.reason}; told {sum(log.told)} events; {faults}"
     )
+
+
+def _ending(log: CrashLog, newest: int = 25) -> str:
+    """How a campaign that went wrong ended, in its own events."""
+    return "\n".join(f"    {event.time_s:8.1f} s {event.kind}: {event.message}" for event in log.events[-newest:])
 
 
 def _is_good(log: CrashLog) -> bool:

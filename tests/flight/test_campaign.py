@@ -309,7 +309,7 @@ def test_a_pilots_mode_change_is_respected_and_the_rest_go_on() -> None:
     flight.until(lambda s: s.campaign is not None and s.campaign.slot_elapsed_s > 5.0)
     sent = len(flight.vehicles[0].setpoint_times_s)
     commands = len(flight.vehicles[0].commands)
-    last = flight.until_state(CampaignState.DONE)
+    last = flight.until_state(CampaignState.FAILED)
     assert len(flight.vehicles[0].setpoint_times_s) <= sent, "never fought"
     assert len(flight.vehicles[0].commands) == commands
     assert not flight.journal.slots[-1].uavs[0].active
@@ -323,7 +323,8 @@ def test_a_lost_link_releases_the_drone() -> None:
     flight.start()
     flight.until_slot(2)
     flight.vehicles[1].silent = True
-    flight.until_state(CampaignState.DONE)
+    last = flight.until_state(CampaignState.FAILED)
+    assert "drone 2 was last seen flying at" in last.campaign.reason
     assert any("link is lost" in e.message for e in flight.journal.events)
     assert not flight.journal.slots[-1].uavs[1].active
 

@@ -20,6 +20,7 @@ def restart(flight: Flight, away_s: float, *, going_home: str = "", stopped: boo
     flight.fleet.wait_until(died_s + away_s)
     was, records = flight.journal.checkpoints[-1], tuple(flight.journal.slots)
     taken_s = flight.journal.checkpoint_times_s[-1]
+    flight.fleet.status.clear()
     flight.users = StillUsers()
     flight.planner = ScriptedPlanner(square)
     flight.order = replace(flight.order, places=flight.users, planner=flight.planner)
@@ -112,9 +113,61 @@ def test_a_drone_that_a_pilot_took_over_meanwhile_is_left_to_him() -> None:
     flight.vehicles[1].mode = FlightMode.PILOT
     given = len(flight.vehicles[1].commands)
     restart(flight, 5.0)
-    flight.until_state(CampaignState.DONE)
+    last = flight.until_state(CampaignState.FAILED)
+    assert "drone 2 was last seen flying at" in last.campaign.reason
     assert len(flight.vehicles[1].commands) == given
     assert not flight.journal.slots[-1].uavs[1].active
+
+
+@pytest.mark.parametrize("mute", [(0,), (0, 1)])
+@pytest.mark.parametrize("state", [CampaignState.LAUNCHING, CampaignState.FLYING, CampaignState.RECOVERING])
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+def test_a_drone_that_is_heard_late_after_the_restart_is_waited_for(
+    autopilot: str, state: CampaignState, mute: tuple[int, ...]
+) -> None:
+    """A busy machine may hear nothing for longer than the first patience: nobody is given up, nobody forgotten."""
+    flight = Flight(autopilot=autopilot)
+    for vehicle in flight.vehicles:
+        vehicle.leaves_offboard = autopilot == "px4"
+    flight.start()
+    begun_s = flight.until_state(state).time_s
+    flight.until(lambda s: s.time_s >= begun_s + 25.0)
+    for i in mute:
+        flight.vehicles[i].silent = True
+    restart(flight, 4.0)
+    up_s = flight.fleet.now_s()
+    flight.until(lambda s: s.time_s > up_s + 20.0)
+    assert flight.loop.snapshot().campaign.state is state
+    for i in mute:
+        flight.vehicles[i].silent = False
+    check_end(flight)
+    assert not [event for event in flight.journal.events if event.kind == "drone.release"]
+
+
+@pytest.mark.parametrize("state", [CampaignState.FLYING, CampaignState.RECOVERING])
+def test_a_drone_that_is_never_heard_again_is_no_success(state: CampaignState) -> None:
+    flight = Flight()
+    flight.start()
+    begun_s = flight.until_state(state).time_s
+    flight.until(lambda s: s.time_s >= begun_s + 5.0)
+    flight.vehicles[1].silent = True
+    restart(flight, 5.0)
+    last = flight.until_state(CampaignState.DONE, CampaignState.FAILED)
+    assert last.campaign.state is CampaignState.FAILED
+    assert last.campaign.reason == "drone 2 was not heard and not seen to land; it needs a pilot"
+    assert not flight.vehicles[0].armed
+    assert (2, CommandKind.RETURN) in [(order.system_id, order.kind) for order in flight.fleet.commands]
+
+
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+def test_a_climb_that_was_cut_off_is_finished_after_the_restart(autopilot: str) -> None:
+    flight = Flight(autopilot=autopilot)
+    flight.start()
+    flight.until(lambda s: flight.vehicles[0].alt_m > 15.0)
+    flight.vehicles[0].target_alt_m = 0.0
+    flight.vehicles[0].mode = FlightMode.HOLD if autopilot == "px4" else FlightMode.GUIDED
+    restart(flight, 3.0)
+    check_end(flight)
 
 
 def test_a_campaign_that_cannot_go_on_comes_home() -> None:

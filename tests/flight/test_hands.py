@@ -1,6 +1,7 @@
 """Whose hands a drone is in, in whole campaigns on virtual time: cut links, pilots, stops, failures."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from test_campaign import SLOTS, Flight
 
 from gcs.mission.custody import SILENT_GIVE_UP_S
-from gcs.ports import CampaignState, CommandKind, FlightMode, OperatorRequest, RequestKind, VehicleCommand
+from gcs.ports import CampaignState, CommandKind, FlightMode, OperatorRequest, RequestKind, Severity, VehicleCommand
 
 ENDED = (CampaignState.DONE, CampaignState.FAILED, CampaignState.ABORTED)
 
@@ -78,12 +79,53 @@ def test_a_drone_silent_for_a_minute_is_told_to_return_and_given_up() -> None:
     flight.start()
     begun_s = flight.until_slot(1).time_s
     flight.vehicles[1].silent = True
-    flight.until_state(CampaignState.DONE)
+    last = flight.until_state(CampaignState.FAILED)
+    assert re.fullmatch(
+        r"drone 2 was last seen flying at 40\.\d{6}, -86\.\d{6}, \d+ m above its home in mode GUIDED, \d+ s ago; "
+        "it needs a pilot",
+        last.campaign.reason,
+    )
+    lost = [event for event in flight.journal.events if event.kind == "campaign.state"][-1]
+    assert (lost.severity, lost.data["state"]) == (Severity.WARNING, "failed")
     release = next(event for event in flight.journal.events if event.kind == "drone.release")
     assert release.time_s == pytest.approx(begun_s + 5.0 + SILENT_GIVE_UP_S, abs=1.0)
     told = [command for command in flight.fleet.commands if command.kind is CommandKind.RETURN]
     assert [(command.system_id, command.urgent) for command in told] == [(2, True)]
     assert flight.journal.slots[-1].uavs[0].active
+
+
+@pytest.mark.parametrize("wish", ["last slot", "abort"])
+def test_a_drone_that_was_given_up_and_is_seen_to_stand_spoils_nothing(wish: str) -> None:
+    """Told to return while nothing was heard of it; the campaign waits for what is heard coming down."""
+    flight = Flight()
+    flight.order = replace(flight.order, scenario=replace(flight.order.scenario, slots=12))
+    flight.start()
+    flight.until_slot(1)
+    flight.vehicles[1].silent = True
+    flight.until(lambda s: "drone.release" in flight.journal.kinds())
+    if wish == "abort":
+        flight.ask(RequestKind.ABORT)
+    flight.until_state(CampaignState.RECOVERING)
+    flight.vehicles[1].silent, flight.vehicles[1].mode = False, FlightMode.RETURN
+    flight.vehicles[1].east_m += 500.0  # far from home: the other one stands long before it does
+    last = flight.until_state(*ENDED)
+    assert last.campaign.state is (CampaignState.ABORTED if wish == "abort" else CampaignState.DONE)
+    assert "needs a pilot" not in last.campaign.reason
+    assert all_stand(flight)
+
+
+def test_a_campaign_that_was_aborted_names_the_drone_that_it_left_up() -> None:
+    flight = Flight()
+    flight.start()
+    flight.until_slot(1)
+    flight.vehicles[1].mode, flight.vehicles[1].mode_name = FlightMode.PILOT, "ALTCTL"
+    wait(flight, 1.0)
+    flight.ask(RequestKind.ABORT)
+    last = flight.until_state(*ENDED)
+    assert last.campaign.state is CampaignState.ABORTED
+    assert last.campaign.reason.startswith("aborted by the operator; ")
+    assert "drone 2 was last seen flying at" in last.campaign.reason
+    assert "in mode ALTCTL" in last.campaign.reason
 
 
 def test_a_silent_drone_serves_nobody_and_is_not_planned_for() -> None:
@@ -139,7 +181,7 @@ def test_a_pilot_who_takes_a_stopped_drone_keeps_it_after_the_reset() -> None:
     stop(flight, RequestKind.RESET_STOP)
     wait(flight, 10.0)
     assert flight.ask(RequestKind.RESUME) == ""
-    flight.until_state(CampaignState.DONE)
+    flight.until_state(CampaignState.FAILED)
     assert len(vehicle.commands) == given
     assert vehicle.mode is FlightMode.PILOT
 

@@ -3,8 +3,8 @@
 import pytest
 
 from gcs.mission.drone import Control, Drone
-from gcs.mission.resume import Resumption, Settle, takeover
-from gcs.mission.steps import Climb, Down, Prime, Ready
+from gcs.mission.resume import Resumption, Rise, Settle, takeover
+from gcs.mission.steps import Down, FlyTo, Prime, Ready
 from gcs.ports import (
     CampaignState,
     Checkpoint,
@@ -40,14 +40,18 @@ def judge(state: CampaignState, control: Control, found: Drone, *, active: bool 
         (S.FLYING, C.GUIDED, True, drone(M.PILOT, "POSCTL"), (C.STREAM, Prime, True, False)),
         (S.FLYING, C.GUIDED, True, drone(M.PILOT, "MANUAL"), (C.RELEASED, None, False, False)),
         (S.FLYING, C.GUIDED, True, drone(M.RETURN), (C.RELEASED, None, False, False)),
-        (S.FLYING, C.GUIDED, True, drone(M.GUIDED, heard_s=90.0), (C.RELEASED, None, False, False)),
+        (S.FLYING, C.GUIDED, True, drone(M.GUIDED, heard_s=90.0), (C.GUIDED, None, True, False)),
+        (S.FLYING, C.GUIDED, False, drone(M.GUIDED, heard_s=90.0), (C.GUIDED, FlyTo, False, False)),
+        (S.RECOVERING, C.GUIDED, True, drone(M.GUIDED, heard_s=90.0), (C.GUIDED, FlyTo, False, False)),
+        (S.RECOVERING, C.AUTOPILOT, False, drone(M.LAND, heard_s=90.0), (C.GUIDED, FlyTo, False, False)),
+        (S.LAUNCHING, C.GUIDED, False, drone(M.GUIDED, heard_s=90.0), (C.RELEASED, None, False, False)),
         (S.FLYING, C.GUIDED, True, drone(M.GUIDED, armed=False, alt_m=0.0), (C.RELEASED, None, False, False)),
         (S.FLYING, C.RELEASED, False, drone(M.GUIDED), (C.RELEASED, None, False, False)),
         (S.FLYING, C.GUIDED, False, drone(M.GUIDED), (C.STREAM, Prime, False, False)),
         (S.PAUSED, C.GUIDED, True, drone(M.HOLD), (C.STREAM, Prime, True, False)),
         (S.LAUNCHING, C.AUTOPILOT, False, drone(M.HOLD, armed=False, alt_m=0.0), (C.AUTOPILOT, Ready, False, False)),
         (S.LAUNCHING, C.AUTOPILOT, False, drone(M.TAKEOFF, alt_m=0.2), (C.AUTOPILOT, Settle, False, False)),
-        (S.LAUNCHING, C.AUTOPILOT, False, drone(M.TAKEOFF, alt_m=20.0), (C.AUTOPILOT, Climb, False, False)),
+        (S.LAUNCHING, C.AUTOPILOT, False, drone(M.TAKEOFF, alt_m=20.0), (C.AUTOPILOT, Rise, False, False)),
         (S.LAUNCHING, C.GUIDED, False, drone(M.GUIDED), (C.AUTOPILOT, Prime, False, False)),
         (S.RECOVERING, C.GUIDED, False, drone(M.GUIDED), (C.STREAM, Prime, False, False)),
         (S.RECOVERING, C.AUTOPILOT, False, drone(M.LAND, alt_m=5.0), (C.AUTOPILOT, Down, False, False)),
@@ -57,6 +61,12 @@ def judge(state: CampaignState, control: Control, found: Drone, *, active: bool 
 )
 def test_takeover(state: CampaignState, control: Control, active: bool, found: Drone, expected: object) -> None:
     assert judge(state, control, found, active=active) == expected
+
+
+def test_a_drone_that_had_landed_needs_not_be_heard_again() -> None:
+    was = DroneCheckpoint(1, C.AUTOPILOT, landed=True)
+    fate = takeover(S.RECOVERING, was, drone(M.LAND, heard_s=90.0), NOW_S, 60.0)
+    assert (fate.control, fate.landed, fate.silent) == (C.AUTOPILOT, True, False)
 
 
 def checkpoint(state: CampaignState, slot: int, elapsed_s: float) -> Checkpoint:
