@@ -115,6 +115,7 @@ def api_settings(config: ServerConfig, store: Store) -> ApiSettings:
         host=config.server.host,
         max_body_bytes=config.server.max_body_kb * 1024,
         rate_per_s=config.server.rate_per_s,
+        max_streams=config.server.max_streams,
         map_tiles=MapTiles(config.map.tiles, config.map.pmtiles, config.map.attribution),
     )
     if store.keys.any_active():

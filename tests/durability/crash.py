@@ -362,7 +362,7 @@ def _table(logs: list[tuple[str, CrashLog]]) -> tuple[str, bool]:
         ("`kill -9`, over campaigns", f"{kills} in {len(logs)}"),
         ("killed while", ", ".join(f"{state} {count}" for state, count in sorted(states.items()))),
         ("taken up again, flown to the end in the right slots, landed", f"{resumed} of {kills}"),
-        (f"connected, reconciled and streaming within {BACK_S:g} s of the new process's start", f"{in_time} of {kills}"),
+        (f"connected, reconciled and streaming within {BACK_S:g} s of the process's start", f"{in_time} of {kills}"),
         ("events told by the stream before a kill; of these not in the store", f"{told}; {forgotten}"),
         ("campaigns with a slot that was told and is not in the store, a gap in the slots or a broken chain",
          str(sum(not log.whole for _, log in logs))),
