@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 SPEEDUP ?= 40
 KEEP ?=
 
-.PHONY: demo test lint secrets audit fuzz unit page bench rivals crash soak gate-long chaos train format client site wheel clean help
+.PHONY: demo test lint leaks audit fuzz unit page bench rivals crash soak gate-long chaos train format client site wheel clean help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -30,13 +30,13 @@ demo: $(VENV)/.base page  ## fly the demo campaign with two mock drones; KEEP=1 
 
 test: $(VENV)/.dev page lint unit  ## everything that needs no long training
 
-lint: $(VENV)/.dev secrets
+lint: $(VENV)/.dev leaks
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-secrets: $(VENV)/.dev  ## look for keys and passwords in what git keeps; mark a false alarm with "pragma: allowlist secret"
+leaks: $(VENV)/.dev  ## look for keys and passwords in what git keeps; mark a false alarm with "pragma: allowlist secret"
 	@if git rev-parse --is-inside-work-tree >/dev/null 2>&1; then \
 		git ls-files -z -- . ':!docs/results' ':!policy/checkpoints' ':!*.ipynb' ':!*.svg' ':!*.png' ':!*.csv' \
 			':!*package-lock.json' | xargs -0 -n 100 -P 2 $(BIN)/detect-secrets-hook --no-verify --baseline .secrets.baseline; \
