@@ -8,18 +8,29 @@ from contextlib import contextmanager
 from types import FrameType
 
 import uvicorn
+from anyio.to_thread import current_default_thread_limiter
 from fastapi import FastAPI
 
 from gcs.api.listening import Tls
 
 GOODBYE_S = 3  # for open streams when the server ends
 MAX_CLIENT_MESSAGE_BYTES = 16 * 1024  # clients of the stream only subscribe, phones send a hundred reports
+WORKERS = 4  # of requests: the flight's thread shares the interpreter with all of them, and each has an equal part
 CIPHERS = "ECDHE+AESGCM:ECDHE+CHACHA20"  # of TLS 1.2: forward secrecy and authenticated; 1.3 has no others
+
+
+class _Server(uvicorn.Server):
+    """With few workers, however many requests wait."""
+
+    async def serve(self, sockets: list[socket.socket] | None = None) -> None:
+        """The limit belongs to the event loop, so it is set inside."""
+        current_default_thread_limiter().total_tokens = WORKERS
+        await super().serve(sockets)
 
 
 def make_server(app: FastAPI, tls: Tls | None = None) -> uvicorn.Server:
     """Quiet: requests are counted in /metrics and changes stand in the audit log. TLS 1.2 or newer."""
-    return uvicorn.Server(
+    return _Server(
         uvicorn.Config(
             app,
             log_level="warning",

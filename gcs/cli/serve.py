@@ -31,6 +31,7 @@ from gcs.store.housekeeper import Housekeeper
 from gcs.store.store import Store, using_store
 
 PROGRAM = "gcs serve"
+SWITCH_S = 0.001  # how long a busy thread keeps the interpreter from the flight; Python's own 5 ms add up over a tick
 ERRORS = (ConfigError, StoreError, ListenError, LinkError)
 
 
@@ -143,6 +144,7 @@ def _flight(config: ServerConfig, store: Store, live: LiveCampaigns) -> Iterator
     link.flush(clock.now_s())  # a heartbeat: vehicles answer where they hear us, while the rules are being loaded
     loop = make_loop(clock, link, store.journal, prepare)
     Restart(store, loop, clock, prepare, config.server.speedup, live.bring_back).run()
+    sys.setswitchinterval(SWITCH_S)
     thread = threading.Thread(target=loop.run, name="flight", daemon=True)
     thread.start()
     try:

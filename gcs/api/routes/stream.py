@@ -5,8 +5,8 @@ import time
 from dataclasses import dataclass
 from typing import Annotated
 
+from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query, WebSocket
-from starlette.concurrency import run_in_threadpool
 from starlette.websockets import WebSocketDisconnect, WebSocketState
 
 from gcs.api.auth import SUBPROTOCOL, actor_of
@@ -117,10 +117,11 @@ async def _listen(socket: WebSocket, session: StreamSession, changed: asyncio.Ev
 
 async def _tell(socket: WebSocket, session: StreamSession, changed: asyncio.Event) -> None:
     """A new campaign's mission may have to be read from the store, so steps are made beside the event loop."""
-    await _send(socket, await run_in_threadpool(session.hello))
+    context: ApiContext = socket.app.state.context
+    await _send(socket, await run_sync(session.hello, limiter=context.stream_workers))
     while True:
         changed.clear()
-        for text in await run_in_threadpool(lambda: list(session.step())):
+        for text in await run_sync(lambda: list(session.step()), limiter=context.stream_workers):
             await _send(socket, text)
         await _wait(changed, 1.0 / session.wish.rate_hz)
 
