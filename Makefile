@@ -59,7 +59,7 @@ format: $(VENV)/.dev  ## let ruff put the sources in order
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-bench: $(VENV)/.dev  ## measure decision times, steps per second, flights and setpoint periods; writes docs/bench.md
+bench: $(VENV)/.dev  ## measure decision times, steps per second, flights, setpoint periods and load; writes docs/bench.md
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/bench/run.py --out docs/bench.md
 
 train:  $(VENV)/.dev  ## train the default gcrl anew into runs/gcrl-default (long)
