@@ -170,7 +170,7 @@ def _expand(
     nodes, num_actions = layer.last.size, start.allowed.shape[1]
     cost, leaf = np.full(nodes * num_actions + 1, np.inf), np.zeros(nodes * num_actions + 1)
     pos_m, waiting = np.zeros((nodes * num_actions + 1, 2)), np.zeros(crowd.shape[1], np.float32)
-    count = scene.users.count
+    count = scene.users.present
     cover, energy = scene.prices.cover / max(count, 1), scene.prices.energy
     is_open, legal, box_m = scene.walls.box_m.shape[0] == 0, np.zeros(num_actions, np.bool_), scene.table.box_m
     low_m, high_m = scene.walls.low_m, scene.walls.high_m

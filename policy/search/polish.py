@@ -125,7 +125,7 @@ def joint_price(
             aoi[user] = ONE + miss * aoi[user]
             age += users.weight[user] * aoi[user]
             missed += miss
-        served = (users.count - missed) / max(users.count, 1)
+        served = (users.present - missed) / max(users.present, 1)
         total += discount * (age - prices.cover * served + prices.energy * energy_j[depth])
         discount *= prices.discount
     after = 0.0
@@ -193,7 +193,7 @@ def _shift(
     then[PER_SLOT_METRE if last == users.east_m.shape[0] - 1 else PER_SLOT] += slope
     first = _crowd(users, depth, around.others_gap_m[depth])
     first[PER_SLOT] = np.float32(prices.discount**depth) * users.weight
-    cover = np.float32(discount * prices.cover / max(users.count, 1))
+    cover = np.float32(discount * prices.cover / max(users.present, 1))
     turn = GOLDEN_RAD * (7 * depth + 31 * sweep)
     cos, sin = np.cos(turn), np.sin(turn)
     ends = _ends(around, path_m, depth, last)

@@ -24,11 +24,11 @@ Float32Array = npt.NDArray[np.float32]
 
 
 class Users(NamedTuple):
-    """The users who take part, as the kernel reads them: ``count`` of them, then some of no weight that are always
+    """The users who take part, as the kernel reads them: ``present`` of them, then some of no weight that are always
     served, so that N fills whole vectors of the processor.
     """
 
-    count: int
+    present: int
     east_m: Float32Array  # [H, N] predicted at the end of each slot
     north_m: Float32Array  # [H, N]
     aoi_slots: Float32Array  # [N] now
@@ -192,7 +192,7 @@ def _users(
     weight = goal.c_aoi + goal.c_collect * scenario.collect_mbps[who] * scenario.slot_s
     total = float(np.sum(weight))
     return Users(
-        count=int(who.size),
+        present=int(who.size),
         east_m=_filled(user_pos_enu_m[:, who, 0]),
         north_m=_filled(user_pos_enu_m[:, who, 1]),
         aoi_slots=_filled(state.user_aoi_slots[who]),
