@@ -351,7 +351,12 @@ class FlightLoop:
         words = f": {verdict.reason}" if verdict.reason else ""
         message = f"drone {command.system_id} {command.kind}: {verdict.result}{words}"
         severity = Severity.INFO if verdict.accepted else Severity.CAUTION
-        data = {"command": str(command.kind), "result": str(verdict.result), "attempts": verdict.attempts}
+        data = {
+            "command": str(command.kind),
+            "result": str(verdict.result),
+            "attempts": verdict.attempts,
+            "reason": verdict.reason,
+        }
         self._journal.record(
             Event(now_s, "command.verdict", message, severity, None, command.system_id, request.actor, data)
         )
