@@ -4,6 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SPEEDUP ?= 40
 KEEP ?=
+JOBS ?= 2
 
 .PHONY: demo test lint leaks audit fuzz unit page bench rivals crash soak gate-long chaos train format client site wheel clean help
 
@@ -53,7 +54,7 @@ fuzz: $(VENV)/.dev  ## every operation of the API with 200 values for each role 
 
 unit: $(VENV)/.dev
 	@sh tests/install_system_packages.sh
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile
 
 format: $(VENV)/.dev  ## let ruff put the sources in order
 	$(BIN)/ruff check --fix .

@@ -12,7 +12,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from gcs.store.engine import StoreError
 
 MIGRATIONS = Path(__file__).parent / "migrations"
-NEWEST = "0003"  # the newest file in migrations/versions
+NEWEST = "0004"  # the newest file in migrations/versions
 
 
 def upgrade(engine: Engine) -> None:
