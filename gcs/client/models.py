@@ -104,6 +104,13 @@ class CheckpointView(Answer):
     provenance: dict[str, Any] | None
 
 
+class DeparturesTaken(Answer):
+    """202: who left; ``stale`` came after a newer fix of the same user, or of somebody unknown."""
+
+    accepted: int
+    stale: int
+
+
 class DryRunView(Answer):
     """A dry run as it stands."""
 
@@ -191,6 +198,14 @@ class Liveness(Answer):
     alive: Literal[True] = True
 
 
+class MapView(Answer):
+    """``url`` has {z}, {x}, {y} with tiles, is this server's file with pmtiles, and is null with none."""
+
+    kind: Literal["none", "tiles", "pmtiles"]
+    url: str | None
+    attribution: str
+
+
 class MetricsView(Answer):
     """The campaign's scores so far (Eq. 5-7); ``user_coverage`` is a fraction of the users."""
 
@@ -270,6 +285,58 @@ class Readiness(Answer):
     store_failures: int
 
 
+class RecordedEvent(Answer):
+    """A line of the campaign's log; ``sequence`` is its id there. ``at_slot``: where on the slot clock it fell."""
+
+    type: Literal["event"] = "event"
+    sequence: int
+    time_s: float
+    kind: str
+    severity: Literal["info", "caution", "warning"]
+    message: str
+    campaign_id: str | None
+    system_id: int | None
+    actor: str
+    data: dict[str, Any]
+    at_slot: float
+
+
+class RecordedSlot(Answer):
+    """The end of a slot; slot 0 is the start. Metrics are those until then."""
+
+    slot: int
+    decision_ms: float | None
+    metrics: MetricsView | None
+    uavs: list[RecordedUav]
+    users: list[tuple[int, float | None, float | None, float, float, bool]]
+
+
+class RecordedUav(Answer):
+    """A UAV at the end of a slot; heading and speed are those flown to get there."""
+
+    system_id: int
+    east_m: float | None
+    north_m: float | None
+    heading_deg: float
+    speed_mps: float
+    energy_j: float
+    active: bool
+
+
+class RecordingView(Answer):
+    """Everything about a recorded campaign but its slots."""
+
+    campaign: CampaignStatic
+    state: str
+    reason: str
+    begun_at: datetime | None
+    ended_at: datetime | None
+    first_slot: int
+    last_slot: int
+    battery_j: float
+    events: list[RecordedEvent]
+
+
 class RelationView(Answer):
     """How much this UAV attends to a user (Eq. 11d), greatest first."""
 
@@ -293,6 +360,14 @@ class SessionView(Answer):
     role: str
     version: str
     open_reading: bool
+
+
+class SlotsPage(Answer):
+    """Some slots; ask again with ``first=next_first`` while that is not null."""
+
+    user_ids: list[str]
+    slots: list[RecordedSlot]
+    next_first: int | None
 
 
 class Taken(Answer):
@@ -338,6 +413,7 @@ class VehicleView(Answer):
     heading_deg: float
     speed_mps: float
     battery_fraction: float | None
+    return_fraction: float | None
     battery_v: float | None
     loss_ratio: float
     heartbeat_age_s: float | None
@@ -454,6 +530,7 @@ class SnapshotMessage(Answer):
     time_s: float
     tick: int
     stopped: bool
+    stopped_ids: list[int]
     healthy: bool
     setpoint_period_s: float | None
     vehicles: list[VehicleView]
