@@ -154,7 +154,7 @@ def test_what_the_wheel_is_built_from_is_copied() -> None:
 
 def test_the_health_check_tells_a_server_that_answers_from_none(tmp_path: Path) -> None:
     check = next(line for line in stages()["serve"] if line.startswith("HEALTHCHECK"))
-    words = shlex.split(check.partition("CMD ")[2])
+    words = json.loads(check.partition("CMD ")[2])
     assert words[0] == "python"
 
     def ask(port: int) -> int:
