@@ -4,6 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SPEEDUP ?= 40
 KEEP ?=
+JOBS ?= 2
 
 .PHONY: demo test lint unit page bench rivals crash soak gate-long chaos train format client site wheel clean help
 
@@ -39,7 +40,7 @@ lint: $(VENV)/.dev
 
 unit: $(VENV)/.dev
 	@sh tests/install_system_packages.sh
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile
 
 format: $(VENV)/.dev  ## let ruff put the sources in order
 	$(BIN)/ruff check --fix .

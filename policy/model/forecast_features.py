@@ -64,13 +64,14 @@ def turned_back(vector: FloatArray, bearing: FloatArray) -> FloatArray:
 
 def _crowd(seen: Seen, bearing: FloatArray) -> list[FloatArray]:
     """For each reach where the others are on average [B, M, 2] and how many [B, M, 1]."""
-    apart_m = seen.pos_enu_m[:, None, :, :] - seen.pos_enu_m[:, :, None, :]
-    square_m2 = np.sum(apart_m**2, axis=-1)
+    place_m = seen.pos_enu_m - np.mean(seen.pos_enu_m, axis=1, keepdims=True)  # small numbers lose no digits below
+    east_m, north_m = place_m[..., 0], place_m[..., 1]
+    square_m2 = (east_m[:, None] - east_m[:, :, None]) ** 2 + (north_m[:, None] - north_m[:, :, None]) ** 2
     others = seen.active[:, None, :] & ~np.eye(seen.pos_enu_m.shape[1], dtype=np.bool_)
     columns = []
     for reach_m in CROWD_M:
         weight = np.where(others, np.exp(-0.5 * square_m2 / reach_m**2), 0.0)
         count = np.sum(weight, axis=2, keepdims=True)
-        pull = np.einsum("bmn,bmnd->bmd", weight, apart_m) / (count + FAINT) / reach_m
+        pull = (weight @ place_m - count * place_m) / (count + FAINT) / reach_m
         columns += [turned(pull, bearing), np.log1p(count)]
     return columns

@@ -49,11 +49,11 @@ class Beam(NamedTuple):
     path_m: FloatArray  # [K', H, 2]
     cost: FloatArray  # [K'] discounted, without what comes after the horizon
     leaf: FloatArray  # [K'] the closed-form cost of what comes after
-    aoi_slots: Float32Array  # [K', N]
+    aoi_slots: Float32Array  # [K', N] of all users the kernel reads
 
 
 class Layer(NamedTuple):
-    """K nodes of one depth."""
+    """K nodes of one depth, N as in :class:`policy.search.problem.Users`."""
 
     pos_m: FloatArray  # [K, 2]
     last: IntArray  # [K]
@@ -170,7 +170,8 @@ def _expand(
     nodes, num_actions = layer.last.size, start.allowed.shape[1]
     cost, leaf = np.full(nodes * num_actions + 1, np.inf), np.zeros(nodes * num_actions + 1)
     pos_m, waiting = np.zeros((nodes * num_actions + 1, 2)), np.zeros(crowd.shape[1], np.float32)
-    cover, energy = scene.prices.cover / max(waiting.size, 1), scene.prices.energy
+    count = scene.users.present
+    cover, energy = scene.prices.cover / max(count, 1), scene.prices.energy
     is_open, legal, box_m = scene.walls.box_m.shape[0] == 0, np.zeros(num_actions, np.bool_), scene.table.box_m
     low_m, high_m = scene.walls.low_m, scene.walls.high_m
     for node in range(nodes):
@@ -190,9 +191,9 @@ def _expand(
             if legal[action]:
                 child = node * num_actions + action
                 east, north = place[0] + step_m[action, 0], place[1] + step_m[action, 1]
-                age, wait, covered = _outlook(crowd, waiting, np.float32(east), np.float32(north))
+                age, wait, missed = _outlook(crowd, waiting, np.float32(east), np.float32(north))
                 pos_m[child, 0], pos_m[child, 1] = east, north
-                cost[child] = so_far + discount * (age - cover * covered + energy * energy_j[action])
+                cost[child] = so_far + discount * (age - cover * (count - missed) + energy * energy_j[action])
                 leaf[child] = leaf_price * wait
         if node == 0 and depth < trail.length:
             child = nodes * num_actions
@@ -200,9 +201,9 @@ def _expand(
             spent_j = energy_j[trail.action[depth]]
             if scene.effort.free_places:
                 spent_j = _cruise_j(scene.table, np.hypot(east - place[0], north - place[1]))
-            age, wait, covered = _outlook(crowd, waiting, np.float32(east), np.float32(north))
+            age, wait, missed = _outlook(crowd, waiting, np.float32(east), np.float32(north))
             pos_m[child, 0], pos_m[child, 1] = east, north
-            cost[child] = so_far + discount * (age - cover * covered + energy * spent_j)
+            cost[child] = so_far + discount * (age - cover * (count - missed) + energy * spent_j)
             leaf[child] = leaf_price * wait
     return Children(cost, leaf, cost + leaf, pos_m)
 
@@ -235,7 +236,7 @@ def _cruise_j(table: MoveTable, way_m: float) -> float:
 def _outlook(
     crowd: Float32Array, waiting: Float32Array, east_m: np.float32, north_m: np.float32
 ) -> tuple[float, float, float]:
-    """Weighted sums over users after a slot that ends here: AoI (Eq. 4), AoI x metres to reach; number served."""
+    """Weighted sums over users after a slot that ends here: AoI (Eq. 4), AoI x metres to reach; number missed."""
     age, wait, missed = ZERO, ZERO, ZERO
     for user in range(waiting.size):
         d_east, d_north = crowd[EAST, user] - east_m, crowd[NORTH, user] - north_m
@@ -246,7 +247,7 @@ def _outlook(
         age += aged
         wait += aged * gap
         missed += miss
-    return float(age), float(wait), float(waiting.size) - float(missed)
+    return float(age), float(wait), float(missed)
 
 
 @compiled

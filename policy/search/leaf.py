@@ -66,7 +66,7 @@ def _users_after(problem: Problem, beam: Beam) -> tuple[FloatArray, FloatArray]:
     aoi = np.repeat(state.user_aoi_slots[None].astype(np.float64), batch, axis=0)
     data_mb = np.repeat(state.user_data_mb[None].astype(np.float64), batch, axis=0)
     part = np.flatnonzero(state.user_active)
-    after = beam.aoi_slots.astype(np.float64)
+    after = beam.aoi_slots[:, : part.size].astype(np.float64)
     slot_mb = problem.scenario.collect_mbps[part] * problem.scenario.slot_s
     fresh = after < state.user_aoi_slots[part] + horizon
     aoi[:, part] = after

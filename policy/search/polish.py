@@ -119,13 +119,14 @@ def joint_price(
         for uav in order:
             _gaps(users, depth, path_m[uav, depth, 0], path_m[uav, depth, 1], own)
             gap = np.minimum(gap, own)
-        age, served = 0.0, 0.0
+        age, missed = 0.0, 0.0
         for user in range(count):
             miss = min(gap[user] * users.fade_per_m[depth, user], ONE)
             aoi[user] = ONE + miss * aoi[user]
             age += users.weight[user] * aoi[user]
-            served += ONE - miss
-        total += discount * (age - prices.cover * served / max(count, 1) + prices.energy * energy_j[depth])
+            missed += miss
+        served = (users.present - missed) / max(users.present, 1)
+        total += discount * (age - prices.cover * served + prices.energy * energy_j[depth])
         discount *= prices.discount
     after = 0.0
     for user in range(count):
@@ -192,7 +193,7 @@ def _shift(
     then[PER_SLOT_METRE if last == users.east_m.shape[0] - 1 else PER_SLOT] += slope
     first = _crowd(users, depth, around.others_gap_m[depth])
     first[PER_SLOT] = np.float32(prices.discount**depth) * users.weight
-    cover = np.float32(discount * prices.cover / max(aoi.size, 1))
+    cover = np.float32(discount * prices.cover / max(users.present, 1))
     turn = GOLDEN_RAD * (7 * depth + 31 * sweep)
     cos, sin = np.cos(turn), np.sin(turn)
     ends = _ends(around, path_m, depth, last)

@@ -16,14 +16,19 @@ from policy.world.motion import slot_path_m
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState
 
+VECTOR = 16
+"""Users by which compiled loops step; those left over are taken singly, each as dear as a vector."""
 SHARP_M = 1e-6
 """Where nothing blurs a user's place, the chance to be served falls from one to none within this."""
 Float32Array = npt.NDArray[np.float32]
 
 
 class Users(NamedTuple):
-    """The N users who take part, as the kernel reads them."""
+    """The users who take part, as the kernel reads them: ``present`` of them, then some of no weight that are always
+    served, so that N fills whole vectors of the processor.
+    """
 
+    present: int
     east_m: Float32Array  # [H, N] predicted at the end of each slot
     north_m: Float32Array  # [H, N]
     aoi_slots: Float32Array  # [N] now
@@ -187,13 +192,14 @@ def _users(
     weight = goal.c_aoi + goal.c_collect * scenario.collect_mbps[who] * scenario.slot_s
     total = float(np.sum(weight))
     return Users(
-        east_m=_single(user_pos_enu_m[:, who, 0]),
-        north_m=_single(user_pos_enu_m[:, who, 1]),
-        aoi_slots=_single(state.user_aoi_slots[who]),
-        weight=_single(weight / total if total > 0.0 else weight),
-        inner_m=_single(radius_m - blur),
-        fade_per_m=_single(1.0 / np.maximum(2.0 * blur, SHARP_M)),
-        salt=_salt(who.size),
+        present=int(who.size),
+        east_m=_filled(user_pos_enu_m[:, who, 0]),
+        north_m=_filled(user_pos_enu_m[:, who, 1]),
+        aoi_slots=_filled(state.user_aoi_slots[who]),
+        weight=_filled(weight / total if total > 0.0 else weight),
+        inner_m=_filled(radius_m - blur),
+        fade_per_m=_filled(1.0 / np.maximum(2.0 * blur, SHARP_M)),
+        salt=_salt(_vectors(who.size)),
     )
 
 
@@ -222,5 +228,13 @@ def _prices(scenario: Scenario, settings: SearchSettings, full_speed_j: float, i
     )
 
 
-def _single(values: Any) -> Float32Array:
-    return np.ascontiguousarray(values, dtype=np.float32)
+def _vectors(users: int) -> int:
+    return -(-users // VECTOR) * VECTOR
+
+
+def _filled(values: Any) -> Float32Array:
+    """[..., N] with zeros up to whole vectors."""
+    given = np.asarray(values)
+    filled: Float32Array = np.zeros((*given.shape[:-1], _vectors(given.shape[-1])), np.float32)
+    filled[..., : given.shape[-1]] = given
+    return filled

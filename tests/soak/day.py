@@ -41,6 +41,7 @@ from policy.mission_file import parse_mission
 UAVS = 2
 STREAMS = 3  # clients that stay all day
 REST_PAUSE_S = 0.1
+POOLED = ("AnyIO worker thread", "asyncio_")  # come and go with the load, never more than their pools allow
 
 
 def mission(slots: int, policy: str) -> dict[str, Any]:
@@ -244,7 +245,7 @@ def _sample(flown_s: float) -> Sample:
     return Sample(
         flown_s=flown_s,
         memory_mb=process.memory_info().rss / 1e6,
-        threads=process.num_threads(),
+        threads=process.num_threads() - sum(one.name.startswith(POOLED) for one in threading.enumerate()),
         files=process.num_fds(),
         tasks=sum(issubclass(type(one), asyncio.Task) and not one.done() for one in objects),
         objects=len(objects),
