@@ -134,7 +134,7 @@ class Reader:
         return found[1]
 
     def _with_free_ports(self, body: str) -> str:
-        for port in ("8080", "8081"):
+        for port in ("8080", "8081", "8900"):
             if re.search(rf"\b{port}\b", body):
                 self._ports.setdefault(port, str(_free_tcp_port()))
         if "14550" in body and "14550" not in self._ports:
