@@ -12,7 +12,8 @@ import tempfile
 import threading
 import time
 from collections import defaultdict
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -32,13 +33,8 @@ FLYING_TIMEOUT_S = 240.0
 def setpoint_periods(quick: bool) -> list[tuple[str, str, str]]:
     """Periods of one drone's setpoints, without and with load."""
     measure_s = 10.0 if quick else 30.0
-    with ExitStack() as stack:
-        relay = stack.enter_context(Relay(_start_mock(stack)))
-        base, key = _start_server(stack, relay.addresses)
-        client = stack.enter_context(
-            httpx.Client(base_url=base, headers={"Authorization": f"Bearer {key}"}, timeout=10)
-        )
-        _start_campaign(client)
+    with watched_flight() as (relay, client):
+        _wait_until_flying(client, start_campaign(client))
         calm = relay.periods_during(lambda: _wait(measure_s))
         latencies_s: list[float] = []
         loaded = relay.periods_during(lambda: _load(client, measure_s, latencies_s))
@@ -49,6 +45,16 @@ def setpoint_periods(quick: bool) -> list[tuple[str, str, str]]:
         ("period under load, 99th percentile", f"{1e3 * percentile(loaded, 0.99):.1f}", "ms"),
         ("request under load, 99th percentile", f"{1e3 * percentile(latencies_s, 0.99):.1f}", "ms"),
     ]
+
+
+@contextmanager
+def watched_flight() -> Iterator[tuple["Relay", httpx.Client]]:
+    """Mock drones, a server that hears them through the relay, and an operator's client."""
+    with ExitStack() as stack:
+        relay = stack.enter_context(Relay(_start_mock(stack)))
+        base, key = _start_server(stack, relay.addresses)
+        headers = {"Authorization": f"Bearer {key}"}
+        yield relay, stack.enter_context(httpx.Client(base_url=base, headers=headers, timeout=10))
 
 
 @dataclass
@@ -148,22 +154,25 @@ def _start_server(stack: ExitStack, ports: list[int]) -> tuple[str, str]:
     return base, key
 
 
-def _start_campaign(client: httpx.Client) -> None:
-    made = client.post("/api/v1/campaigns", json={"mission": "demo", "policy": "receding-horizon"})
-    if made.status_code != 201:
-        made = client.post("/api/v1/campaigns", json={"mission": "demo"})
-    made.raise_for_status()
-    body = made.json()
-    campaign = body.get("campaign_id") or body["id"]
+def start_campaign(client: httpx.Client) -> str:
+    """Create the demo campaign and order its start, again and again until the drones are ready for it; its number."""
+    made = client.post("/api/v1/campaigns", json={"mission": "demo", "policy": "receding-horizon"}).raise_for_status()
+    campaign = str(made.json()["id"])
     deadline_s = time.monotonic() + FLYING_TIMEOUT_S
-    state = ""
-    while state != "flying" and time.monotonic() < deadline_s:
-        if state in {"", "draft", "ready"}:
-            client.post(f"/api/v1/campaigns/{campaign}/start")
-        time.sleep(1.0)
-        state = client.get(f"/api/v1/campaigns/{campaign}").json()["state"]
-    if state != "flying":
-        raise RuntimeError(f"the campaign is {state}, not flying")
+    while client.get(f"/api/v1/campaigns/{campaign}").json()["state"] in {"draft", "ready"}:
+        if time.monotonic() > deadline_s:
+            raise RuntimeError(f"the campaign did not start within {FLYING_TIMEOUT_S:.0f} s")
+        client.post(f"/api/v1/campaigns/{campaign}/start")
+        time.sleep(0.5)
+    return campaign
+
+
+def _wait_until_flying(client: httpx.Client, campaign: str) -> None:
+    deadline_s = time.monotonic() + FLYING_TIMEOUT_S
+    while (state := client.get(f"/api/v1/campaigns/{campaign}").json()["state"]) != "flying":
+        if state != "launching" or time.monotonic() > deadline_s:
+            raise RuntimeError(f"the campaign is {state}, not flying")
+        time.sleep(0.5)
 
 
 def _wait(duration_s: float) -> None:

@@ -1,5 +1,7 @@
 """Telemetry logs that pymavlink opens, free of secrets, and the round-trip time of a link."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 from pymavlink import mavutil
@@ -37,6 +39,28 @@ def test_a_log_opens_in_pymavlink_with_times_and_messages(tmp_path: Path) -> Non
     assert [message.time_boot_ms for message in read] == [0, 1000, 2000]
     assert [message._timestamp - EPOCH_S for message in read] == [0.0, 1.0, 2.0]
     log.close()
+
+
+def test_the_tools_that_come_with_mavproxy_open_it(tmp_path: Path) -> None:
+    codec = sender()
+    armed = mavlink.MAV_MODE_FLAG_SAFETY_ARMED | mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+    with TlogRecorder(tmp_path, EPOCH_S) as recorder:
+        for second, mode in enumerate((4, 4, 4, 6)):  # of a copter: GUIDED, RTL
+            beat = codec.heartbeat_encode(
+                mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, armed, mode, 4
+            )
+            recorder.record("udpout:127.0.0.1:14550", float(second), frame(codec, beat))
+        said = codec.statustext_encode(mavlink.MAV_SEVERITY_WARNING, b"Battery low")
+        recorder.record("udpout:127.0.0.1:14550", 4.0, frame(codec, said))
+    (path,) = tmp_path.glob("*.tlog")
+    assert "Battery low" in told_by("mavlogdump.py", "--types", "STATUSTEXT", str(path))
+    modes = told_by("mavflightmodes.py", str(path))
+    assert modes.index("GUIDED") < modes.index("RTL")
+
+
+def told_by(tool: str, *arguments: str) -> str:
+    command = [sys.executable, str(Path(sys.executable).with_name(tool)), *arguments]
+    return subprocess.run(command, check=True, capture_output=True, text=True, timeout=60).stdout
 
 
 def test_signatures_stay_out_and_the_frame_is_still_good() -> None:
