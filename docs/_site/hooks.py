@@ -72,7 +72,10 @@ def executed(notebook: Path) -> dict[str, Any]:
     place = {"metadata": {"path": str(DOCS.parent)}}
     with tempfile.TemporaryDirectory() as sockets:
         kernel = KernelManager(kernel_name="python3", transport="ipc", ip=f"{sockets}/kernel")
-        nbclient.NotebookClient(cells, km=kernel, timeout=300, resources=place).execute()
+        try:
+            nbclient.NotebookClient(cells, km=kernel, timeout=300, resources=place).execute()
+        finally:
+            kernel.shutdown_kernel(now=True)  # the client leaves a kernel that it was given running
     return dict(cells)
 
 
