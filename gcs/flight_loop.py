@@ -19,6 +19,7 @@ from gcs.mission.manager import MissionManager, Refused
 from gcs.mission.order import CampaignOrder
 from gcs.mission.preflight import Line, check_fleet, red_lines
 from gcs.mission.resume import Resumption
+from gcs.mission.telemetry_sampler import TelemetrySampler
 from gcs.ports import (
     CampaignSnapshot,
     CommandKind,
@@ -79,6 +80,7 @@ class FlightLoop:
     ) -> None:
         self._clock, self._link, self._manager, self._journal = clock, link, manager, journal
         self._prepare = prepare
+        self._sampler = TelemetrySampler(journal)
         self._jobs: queue.SimpleQueue[_Job] = queue.SimpleQueue()
         self._commands: list[_Job] = []
         self._stop = threading.Event()
@@ -241,6 +243,7 @@ class FlightLoop:
             stopped_ids=stopped_ids,
             setpoint_period_s=period_s,
         )
+        self._sampler.tick(self._manager.campaign, self._manager.vehicles, now_s)  # after all that somebody waits for
         return self._snapshot
 
     def _durable(self, now_s: float) -> _Told:
@@ -348,7 +351,12 @@ class FlightLoop:
         words = f": {verdict.reason}" if verdict.reason else ""
         message = f"drone {command.system_id} {command.kind}: {verdict.result}{words}"
         severity = Severity.INFO if verdict.accepted else Severity.CAUTION
-        data = {"command": str(command.kind), "result": str(verdict.result), "attempts": verdict.attempts}
+        data = {
+            "command": str(command.kind),
+            "result": str(verdict.result),
+            "attempts": verdict.attempts,
+            "reason": verdict.reason,
+        }
         self._journal.record(
             Event(now_s, "command.verdict", message, severity, None, command.system_id, request.actor, data)
         )

@@ -340,6 +340,9 @@ class Journal(Protocol):
     def record_setpoints(self, campaign_id: str, slot: int, told: "tuple[SetpointSummary, ...]") -> None:
         """What the UAVs were told on the way to the slot record of this number: 0 is the launch, T + 1 the way home."""
 
+    def record_telemetry(self, campaign_id: str, sample: "TelemetrySample") -> None:
+        """What all vehicles say, about once a second, for looking back; a slow store goes without it first."""
+
     def checkpoint(self, checkpoint: "Checkpoint") -> None:
         """Keep the newest one of its campaign: what a restarted server takes the flight up from."""
 
@@ -445,6 +448,14 @@ class SetpointSummary:
     slowed: int  # by the gate, see gcs.safety.gate.GateAction
     bent: int
     held: int
+
+
+@dataclass(frozen=True)
+class TelemetrySample:
+    """What was known of all vehicles at one moment of the flight clock. A store keeps of it what a page can show."""
+
+    time_s: float
+    vehicles: tuple[VehicleStatus, ...]
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
-"""A recorded campaign for people to look at again: what was, slot by slot, and when events fell between them. Pure.
+"""A recorded campaign for people to look at again: users slot by slot, vehicles about once a second, and the log. Pure.
 
-The page replays on the slot clock: position 12.5 is half way through slot 12. Users come as rows without names, which
-stand once a page, so that 2,000 users over 120 slots are some 9 MB and not 30.
+``at_s`` of everything is on one axis (gcs.api.recorded_clock). Users come as rows without names, which stand once a
+page, so that 2,000 users over 120 slots are some 9 MB and not 30; so do vehicles.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,22 +12,50 @@ from typing import Any
 import numpy as np
 
 from gcs.api.bodies import View
+from gcs.api.recorded_clock import RecordedClock
 from gcs.api.schemas import CampaignStatic, EventMessage, MetricsView
-from gcs.api.views import metrics_view
-from gcs.ports import Severity, SlotRecord
+from gcs.api.views import metrics_view, vehicle_view
+from gcs.ports import Severity, SlotRecord, TelemetrySample
 from gcs.store.jsonable import jsonable
 from gcs.store.reading import SlotTime
 from gcs.store.records import EventRecord
+from policy.world.frames import LocalFrame
 
 METRE_DIGITS, OTHER_DIGITS = 1, 3
 UserRow = tuple[int, float | None, float | None, float, float, bool]
 """Place in ``user_ids``; east and north in m; age of information in slots; waiting data in MB; served in this slot."""
 
 
+VEHICLE_COLUMNS: Mapping[str, int | None] = {
+    "system_id": None,
+    "autopilot": None,
+    "mode": None,
+    "mode_name": None,
+    "armed": None,
+    "landed": None,
+    "position_ready": None,
+    "lat_deg": 7,
+    "lon_deg": 7,
+    "east_m": 1,
+    "north_m": 1,
+    "alt_home_m": 1,
+    "heading_deg": 1,
+    "speed_mps": 2,
+    "battery_fraction": 3,
+    "return_fraction": 3,
+    "battery_v": 2,
+    "loss_ratio": 3,
+    "heartbeat_age_s": 1,
+    "position_age_s": 1,
+}
+"""Field of the stream's vehicles -> digits of its numbers (None: as it is)."""
+
+
 class RecordedEvent(EventMessage):
     """A line of the campaign's log; ``sequence`` is its id there. ``at_slot``: where on the slot clock it fell."""
 
     at_slot: float
+    at_s: float
 
 
 class RecordedUav(View):
@@ -60,8 +88,23 @@ class SlotsPage(View):
     next_first: int | None
 
 
+class RecordedSample(View):
+    """What was known of all vehicles at one moment, a row each."""
+
+    at_s: float
+    vehicles: list[list[Any]]
+
+
+class TelemetryPage(View):
+    """Some samples; ask again with ``first=next_first`` while that is not null. ``columns``: what the rows hold."""
+
+    columns: list[str]
+    samples: list[RecordedSample]
+    next_first: int | None
+
+
 class RecordingView(View):
-    """Everything about a recorded campaign but its slots."""
+    """Everything about a recorded campaign but its slots and telemetry."""
 
     campaign: CampaignStatic
     state: str
@@ -71,6 +114,9 @@ class RecordingView(View):
     first_slot: int
     last_slot: int
     battery_j: float  # of a full battery, by the mission
+    length_s: float  # from the first record to the last, launch and way home included
+    slot_at_s: list[tuple[int, float]]  # the ends of the slots on that axis
+    samples: int  # of telemetry; 0: none was kept
     events: list[RecordedEvent]
 
 
@@ -79,10 +125,29 @@ def without_files(document: Mapping[str, Any]) -> dict[str, Any]:
     return {**document, "users": {"source": "live", "count": 1}, "policy": {"name": "random"}}
 
 
-def recorded_events(events: Sequence[EventRecord], times: Sequence[SlotTime]) -> list[RecordedEvent]:
-    """In the log's order, each with its place on the slot clock."""
-    places = slot_positions(events, times)
-    return [_event(event, place) for event, place in zip(events, places, strict=True)]
+def recorded_events(
+    events: Sequence[EventRecord], times: Sequence[SlotTime], clock: RecordedClock
+) -> list[RecordedEvent]:
+    """In the log's order, each with its place on the slot clock and on the recording's axis."""
+    places = zip(events, slot_positions(events, times), clock.at_s(events), strict=True)
+    return [_event(event, at_slot, at_s) for event, at_slot, at_s in places]
+
+
+def telemetry_page(
+    samples: Sequence[tuple[float, TelemetrySample]], frame: LocalFrame, battery_j: float, next_first: int | None
+) -> TelemetryPage:
+    """Of (at_s, sample): the vehicles in the stream's words, rounded to what a page can show."""
+    told = [RecordedSample(at_s=at_s, vehicles=_vehicles(sample, frame, battery_j)) for at_s, sample in samples]
+    return TelemetryPage(columns=list(VEHICLE_COLUMNS), samples=told, next_first=next_first)
+
+
+def _vehicles(sample: TelemetrySample, frame: LocalFrame, battery_j: float) -> list[list[Any]]:
+    views = [vehicle_view(one, sample.time_s, frame, None, battery_j) for one in sample.vehicles]
+    return [[_short(getattr(view, name), digits) for name, digits in VEHICLE_COLUMNS.items()] for view in views]
+
+
+def _short(value: Any, digits: int | None) -> Any:
+    return value if digits is None or value is None else _rounded(value, digits)
 
 
 def slot_positions(events: Sequence[EventRecord], times: Sequence[SlotTime]) -> list[float]:
@@ -136,7 +201,7 @@ def _slot(record: SlotRecord, place: dict[str, int]) -> RecordedSlot:
     return RecordedSlot(slot=record.slot, decision_ms=record.decision_ms, metrics=metrics, uavs=uavs, users=users)
 
 
-def _event(event: EventRecord, at_slot: float) -> RecordedEvent:
+def _event(event: EventRecord, at_slot: float, at_s: float) -> RecordedEvent:
     return RecordedEvent(
         sequence=event.id,
         time_s=event.time_s,
@@ -148,6 +213,7 @@ def _event(event: EventRecord, at_slot: float) -> RecordedEvent:
         actor=str(jsonable(event.actor)),
         data=jsonable(event.data),
         at_slot=at_slot,
+        at_s=at_s,
     )
 
 

@@ -34,6 +34,7 @@ class FlightCollector(Collector):
         yield GaugeMetricFamily("gcs_store_queued_records", "Records that wait for the store", health.queued)
         yield CounterMetricFamily("gcs_store_written_records", "Records written", health.written)
         yield CounterMetricFamily("gcs_store_lost_records", "Records lost", health.lost)
+        yield CounterMetricFamily("gcs_store_skipped_samples", "Telemetry that was left out", health.skipped)
         yield CounterMetricFamily("gcs_store_failures", "Failed attempts to write", health.failures)
         events = CounterMetricFamily("gcs_events", "Events by kind and severity", labels=("kind", "severity"))
         for (kind, severity), count in tail.counts().items():

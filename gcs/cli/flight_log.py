@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from gcs.ports import Checkpoint, DecisionRecord, Event, Journal, SetpointSummary, Severity, SlotRecord
+from gcs.ports import Checkpoint, DecisionRecord, Event, Journal, SetpointSummary, Severity, SlotRecord, TelemetrySample
 
 
 @dataclass
@@ -14,6 +14,7 @@ class FlightLog:
     also: tuple[Journal, ...] = ()
     events: list[Event] = field(default_factory=list)
     slots: list[SlotRecord] = field(default_factory=list)
+    telemetry: list[TelemetrySample] = field(default_factory=list)
 
     def record(self, event: Event) -> None:
         """Keep, pass on, tell."""
@@ -38,6 +39,12 @@ class FlightLog:
         """Pass on."""
         for journal in self.also:
             journal.record_setpoints(campaign_id, slot, told)
+
+    def record_telemetry(self, campaign_id: str, sample: TelemetrySample) -> None:
+        """Keep and pass on."""
+        self.telemetry.append(sample)
+        for journal in self.also:
+            journal.record_telemetry(campaign_id, sample)
 
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         """Pass on: a headless flight itself is not taken up again."""

@@ -1,5 +1,6 @@
 """What a headless flight leaves behind: result object, trajectory, report and the table beside Random."""
 
+import json
 import shlex
 import sys
 from collections.abc import Iterator, Sequence
@@ -9,9 +10,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from gcs.ports import CampaignState, Event, SlotRecord
+from gcs.ports import CampaignState, Event, SlotRecord, TelemetrySample
 from gcs.report import MetricsRow, ReportData, render_report
 from gcs.report.repeat import provenance
+from gcs.store.vehicle_rows import telemetry_document, vehicle_rows
 from policy.agents.registry import PolicyChoice
 from policy.cli.display import LABELS
 from policy.evaluation.evaluate import evaluate
@@ -20,6 +22,8 @@ from policy.evaluation.trajectory import UavRow, UserRow
 from policy.mission_file import Mission
 from policy.world.metrics import Metrics
 from policy.world.scenario import Scenario
+
+TELEMETRY_FILE = "telemetry.json"  # for `gcs replay`: what the vehicles said about once a second
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,7 @@ class FlownCampaign:
     violations: dict[str, int]
     wall_s: float
     begun_utc: str
+    telemetry: tuple[TelemetrySample, ...] = ()
     repeat: str = ""  # one line that flies the mission again, in the report's folder
 
     @property
@@ -113,4 +118,7 @@ def write_report(flown: FlownCampaign, comparison: tuple[MetricsRow, ...], folde
         state=str(flown.state),
         reason=flown.reason,
     )
-    return render_report(data, folder)
+    page = render_report(data, folder)
+    kept = telemetry_document((sample.time_s, vehicle_rows(sample.vehicles)) for sample in flown.telemetry)
+    (folder / TELEMETRY_FILE).write_text(json.dumps(kept, separators=(",", ":"), allow_nan=False), "utf-8")
+    return page

@@ -134,6 +134,7 @@ def _fly(args: argparse.Namespace) -> int:
             violations=loop.violations(),
             wall_s=time.monotonic() - begun_s,
             begun_utc=begun.isoformat(timespec="seconds"),
+            telemetry=tuple(log.telemetry),
             repeat=_repeat(args),
         )
         progress.stop()

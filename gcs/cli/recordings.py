@@ -2,7 +2,7 @@
 
 Three kinds of LOG: a store of ``gcs serve`` (SQLite file), the export of one campaign
 (``GET /api/v1/campaigns/{id}/report?format=json``), and the report of a headless flight (the folder of ``gcs fly
---report``, or its ``report.json``, with ``trajectory.csv`` beside it).
+--report``, or its ``report.json``, with ``trajectory.csv`` and ``telemetry.json`` beside it).
 """
 
 import csv
@@ -18,11 +18,13 @@ from typing import Any
 
 from gcs.api.recordings import without_files
 from gcs.cli.errors import UsageError
-from gcs.ports import CampaignState, Event, Severity, SlotRecord, UavSlot, UserSlot
+from gcs.cli.flight_results import TELEMETRY_FILE
+from gcs.ports import CampaignState, Event, Severity, SlotRecord, TelemetrySample, UavSlot, UserSlot
 from gcs.store.campaigns import new_campaign_id
 from gcs.store.importing import ForeignCampaign, import_campaign
 from gcs.store.records import recorded_metrics
 from gcs.store.store import using_store
+from gcs.store.vehicle_rows import telemetry_samples
 from policy.mission_file import MissionError, parse_mission
 from policy.world.metrics import Metrics
 
@@ -94,7 +96,10 @@ def _exported(document: Mapping[str, Any]) -> ForeignCampaign:
     events = document["events"]
     begun = min((datetime.fromisoformat(one["recorded_at"]) for one in events), default=datetime.now(UTC))
     records = tuple(_slot(slot) for slot in document["slots"])
-    return _campaign(told["document"], told, document, begun, records, [_event(one, told["id"]) for one in events])
+    kept = document.get("telemetry")  # an older version kept none
+    telemetry = () if kept is None else telemetry_samples(kept)
+    told_events = [_event(one, told["id"]) for one in events]
+    return _campaign(told["document"], told, document, begun, records, told_events, telemetry)
 
 
 def _slot(slot: Mapping[str, Any]) -> SlotRecord:
@@ -118,7 +123,13 @@ def _flown(document: Mapping[str, Any], trajectory: Path) -> ForeignCampaign:
     begun_at = datetime.fromisoformat(begun) if begun else datetime.now(UTC)
     slot_s = float(parse_mission(without_files(mission)).scenario.slot_s)
     records = tuple(_with_curves(trajectory, document["series"], slot_s, _first_slot_s(events)))
-    return _campaign(mission, told, document, begun_at, records, events)
+    return _campaign(mission, told, document, begun_at, records, events, _beside(trajectory))
+
+
+def _beside(trajectory: Path) -> tuple[TelemetrySample, ...]:
+    """The telemetry of a headless flight; nothing where an older version kept none."""
+    file = trajectory.with_name(TELEMETRY_FILE)
+    return telemetry_samples(json.loads(file.read_text("utf-8"))) if file.is_file() else ()
 
 
 def _first_slot_s(events: Iterable[Event]) -> float:
@@ -160,6 +171,7 @@ def _campaign(
     begun_at: datetime,
     records: tuple[SlotRecord, ...],
     events: Iterable[Event],
+    telemetry: tuple[TelemetrySample, ...],
 ) -> ForeignCampaign:
     scenario = parse_mission(without_files(mission)).scenario
     return ForeignCampaign(
@@ -175,6 +187,7 @@ def _campaign(
         begun_at=begun_at if begun_at.tzinfo else begun_at.replace(tzinfo=UTC),
         records=records,
         events=tuple(events),
+        telemetry=telemetry,
     )
 
 

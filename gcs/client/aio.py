@@ -113,6 +113,11 @@ class AsyncClient:
         path = f"/api/v1/campaigns/{campaign_id}/recording/slots"
         return await self._get(models.SlotsPage, path, first=first, limit=limit)
 
+    async def recorded_telemetry(self, campaign_id: str, first: int = 0, limit: int = 1000) -> models.TelemetryPage:
+        """What all vehicles said, from sample number ``first`` on."""
+        path = f"/api/v1/campaigns/{campaign_id}/recording/telemetry"
+        return await self._get(models.TelemetryPage, path, first=first, limit=limit)
+
     async def explanation(self, campaign_id: str) -> models.ExplanationView:
         """Why the policy chose what is being flown."""
         return await self._get(models.ExplanationView, f"/api/v1/campaigns/{campaign_id}/explanation")

@@ -299,6 +299,14 @@ class RecordedEvent(Answer):
     actor: str
     data: dict[str, Any]
     at_slot: float
+    at_s: float
+
+
+class RecordedSample(Answer):
+    """What was known of all vehicles at one moment, a row each."""
+
+    at_s: float
+    vehicles: list[list[Any]]
 
 
 class RecordedSlot(Answer):
@@ -324,7 +332,7 @@ class RecordedUav(Answer):
 
 
 class RecordingView(Answer):
-    """Everything about a recorded campaign but its slots."""
+    """Everything about a recorded campaign but its slots and telemetry."""
 
     campaign: CampaignStatic
     state: str
@@ -334,6 +342,9 @@ class RecordingView(Answer):
     first_slot: int
     last_slot: int
     battery_j: float
+    length_s: float
+    slot_at_s: list[tuple[int, float]]
+    samples: int
     events: list[RecordedEvent]
 
 
@@ -376,6 +387,14 @@ class Taken(Answer):
     accepted: Literal[True] = True
     detail: str
     state: str | None = None
+
+
+class TelemetryPage(Answer):
+    """Some samples; ask again with ``first=next_first`` while that is not null. ``columns``: what the rows hold."""
+
+    columns: list[str]
+    samples: list[RecordedSample]
+    next_first: int | None
 
 
 class UavExplanation(Answer):

@@ -55,6 +55,7 @@ class Drone:
     parked_in: str = ""  # the mode that it was in when it began to be taken over
     doubted: bool = False  # it does not trust its own position
     top_mps: float = math.inf  # less after a failure
+    waits_for: int | None = None  # the drone that has long been below it, over its pad
     silent_s: float | None = None  # since when nothing is heard of it
     gap_s: float = -math.inf  # when its link, one way or the other, was last seen to be dead
     reason: str = ""  # why it was released or sent home

@@ -284,7 +284,10 @@ class MissionManager:
         for drone in campaign.drones:
             if drone.control is Control.RELEASED or drone.script.finished or self.emergency.stops(drone.system_id):
                 continue
+            waited_for = drone.waits_for
             failure = drone.script.run(drone, crew, now_s)
+            if drone.waits_for not in {None, waited_for}:
+                self._tell_wait(drone)
             for verdict in drone.take_verdicts():
                 self._log.verdict(verdict)
             if failure is not None:
@@ -392,6 +395,12 @@ class MissionManager:
     def _tell(self, drone: Drone, found: DropOut, severity: Severity) -> None:
         kind, words = f"drone.{found.fate}", f"drone {drone.system_id}: {found.reason}"
         self._log.event(kind, words, severity, drone.system_id)
+
+    def _tell_wait(self, drone: Drone) -> None:
+        words = (
+            f"drone {drone.system_id} waits over its pad: drone {drone.waits_for} is in the air below it; bring it down"
+        )
+        self._log.event("drone.waits", words, Severity.CAUTION, drone.system_id)
 
     def _drop(self, drone: Drone, dropout: DropOut) -> None:
         campaign = self._need()

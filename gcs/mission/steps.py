@@ -18,6 +18,7 @@ SLOWEST_CLIMB_MPS = 1.0
 STUCK_BELOW_MPS = 0.2
 CLEAR_BELOW_M = 15.0  # a drone on the next pad must be this much lower before one descends
 PAD_NEIGHBOUR_M = 20.0
+WAIT_TOLD_S = 60.0  # over its pad for another one below: those that land take less, one that hangs there is told of
 DISARM_PATIENCE_S = 15.0  # ArduPilot disarms 2 s after touch-down (measured), PX4 likewise
 
 
@@ -194,8 +195,10 @@ class Descend(Step):
         if at.drone.track is None or at.drone.goal is None:
             return None
         handover_m = at.crew.settings.landing_handover_m
-        if all(_is_clear(at.drone, other) for other in at.crew.drones if other is not at.drone):
+        below = next((d for d in at.crew.drones if d is not at.drone and not _is_clear(at.drone, d)), None)
+        if below is None:
             at.drone.goal.alt_home_m = handover_m
+        at.drone.waits_for = None if below is None or at.after_s < WAIT_TOLD_S else below.system_id
         return Done() if at.drone.track.alt_home_m <= handover_m + ALTITUDE_REACHED_M else None
 
 

@@ -1,20 +1,24 @@
 """The last word: every setpoint of a fleet passes here, and links take nothing else.
 
-The gate lets a setpoint through, slows or bends it, or holds. It remembers what each UAV was last told, because
-until a new velocity is obeyed the last one still acts, and round which side of an obstacle each is going.
+The gate lets a setpoint through, slows or bends it, or holds. It remembers what each UAV was told of late, because
+until a new velocity is obeyed any of those on their way may still act, and round which side of an obstacle each is
+going.
 """
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
+from itertools import islice
 
 import numpy as np
 
-from gcs.ports import UavTrack, VelocitySetpoint
+from gcs.ports import STALE_AFTER_S, UavTrack, VelocitySetpoint
 from gcs.safety import judge as rules
 from gcs.safety.envelope import Envelope
+from policy.world.arrays import FloatArray, IntArray
 
 Enu = tuple[float, float, float]
 """Velocity east, north, up."""
@@ -70,7 +74,8 @@ class SafetyGate:
         self.envelope = envelope
         self._bounds = envelope.bounds()
         self._edges, self._starts = envelope.walls()
-        self._last: dict[int, Enu] = {}
+        self._sent: dict[int, deque[Enu]] = {}  # newest first
+        self._most_ticks = math.ceil((envelope.reaction_s + STALE_AFTER_S) / envelope.tick_s)
         self._sides: dict[int, tuple[float, float]] = {}
         compile_rules()
 
@@ -89,7 +94,7 @@ class SafetyGate:
 
     def forget(self, system_id: int) -> None:
         """The UAV is no longer steered."""
-        self._last.pop(system_id, None)
+        self._sent.pop(system_id, None)
         self._sides.pop(system_id, None)
 
     def _judge(
@@ -97,13 +102,15 @@ class SafetyGate:
     ) -> None:
         asked = np.array([_enu(wish.setpoint) for _, wish in steered])
         places = np.array([_place(track) for track in tracks])
-        told = np.array([self._last.get(track.system_id, _velocity(track)) for track in tracks])
+        told, tolds = self._still_acting(tracks)
         sides = np.array([self._sides.get(track.system_id, (0.0, 0.0)) for track in tracks])
-        safe, choices, causes = rules.judge_fleet(places, told, asked, sides, self._bounds, self._edges, self._starts)
+        safe, choices, causes = rules.judge_fleet(
+            places, told, tolds, asked, sides, self._bounds, self._edges, self._starts
+        )
         for row, (i, wish) in enumerate(steered):
             system_id = wish.setpoint.system_id
             east, north, up = safe[row].tolist()
-            self._last[system_id] = (east, north, up)
+            self._sent.setdefault(system_id, deque(maxlen=self._most_ticks)).appendleft((east, north, up))
             self._sides[system_id] = (float(sides[row, 0]), float(sides[row, 1]))
             action, cause = _action(int(choices[row]), int(causes[row])), _CAUSES[causes[row]]
             setpoint = wish.setpoint
@@ -111,13 +118,25 @@ class SafetyGate:
                 setpoint = VelocitySetpoint(system_id, (north, east, -up), wish.setpoint.yaw_rad)
             sealed[i] = SealedSetpoint(_SEAL, setpoint, action, cause)
 
+    def _still_acting(self, tracks: Sequence[UavTrack]) -> tuple[FloatArray, IntArray]:
+        """What each vehicle may be obeying: all that it was sent since a reaction time before it was seen last."""
+        told, tolds = np.zeros((len(tracks), rules.TOLD_MOST, 3)), np.ones(len(tracks), np.int64)
+        for row, track in enumerate(tracks):
+            sent = self._sent.get(track.system_id)
+            if sent is None:
+                told[row, 0] = _velocity(track)
+            else:
+                ticks = math.ceil((self.envelope.reaction_s + track.age_s) / self.envelope.tick_s)
+                tolds[row] = rules.still_acting(np.array(list(islice(sent, ticks))), told[row])
+        return told, tolds
+
     def _hold(self, wish: Wish, reason: str) -> SealedSetpoint:
         system_id, track = wish.setpoint.system_id, wish.track
         yaw_rad = wish.setpoint.yaw_rad if math.isfinite(wish.setpoint.yaw_rad) else 0.0
         yaw_rad = track.yaw_rad if track is not None else yaw_rad
         # What it was told before stays remembered: a blind vehicle may not hear this hold either, and braking is one
         # of the ways that the others keep clear of anyway.
-        self._last.setdefault(system_id, (0.0, 0.0, 0.0))
+        self._sent.setdefault(system_id, deque([(0.0, 0.0, 0.0)], maxlen=self._most_ticks))
         return SealedSetpoint(_SEAL, VelocitySetpoint(system_id, (0.0, 0.0, 0.0), yaw_rad), GateAction.HELD, reason)
 
 
@@ -127,7 +146,10 @@ def compile_rules() -> None:
     envelope = Envelope(size_m=(100.0, 100.0))
     edges, starts = envelope.walls()
     at = np.array([[50.0, 50.0, 50.0, 0.0, 0.0, 0.0]])
-    rules.judge_fleet(at, at[:, 3:].copy(), at[:, 3:].copy(), np.zeros((1, 2)), envelope.bounds(), edges, starts)
+    told, tolds = np.zeros((1, rules.TOLD_MOST, 3)), np.ones(1, np.int64)
+    tolds[0] = rules.still_acting(at[:, 3:].copy(), told[0])
+    wish, sides = at[:, 3:].copy(), np.zeros((1, 2))
+    rules.judge_fleet(at, told, tolds, wish, sides, envelope.bounds(), edges, starts)
 
 
 def _why_held(wish: Wish) -> str:

@@ -2,6 +2,7 @@
 
 A vehicle may obey a command at once or after the reaction time, may get another one at the next tick, or none ever
 again: then it goes on for the autopilot's time-out and brakes by itself (PX4 COM_OF_LOSS_T, ArduPilot GUID_TIMEOUT).
+Which of the commands on their way it has heard nobody knows: until the new one is obeyed any of them may act.
 A velocity is let through when none of these ways, each with full braking at its end, leads out of the fence, into an
 obstacle's margin or nearer than the separation to any way of another UAV. Braking is always such a way of a velocity
 let through before, so a fleet that only took such velocities always has it left. Who is in a margin already (gusts,
@@ -19,10 +20,15 @@ from numba import njit
 
 from policy.world.arrays import FloatArray, IntArray
 
-SEGMENTS = 48
-"""Most segments that one forecast has: two reaction times, a chord and a braking way each :data:`_SAMPLE_S`."""
+TOLD_MOST = 8
+"""Different commands that may be on their way to a vehicle at once."""
+_ALIKE_MPS = 0.5
 _SAMPLE_S = 0.5
 _SAMPLES_MOST = 10
+_WAY = 1 + 2 * (_SAMPLES_MOST + 1)
+"""Most segments of one way: a reaction time, then a chord and a braking way each :data:`_SAMPLE_S`."""
+SEGMENTS = (1 + TOLD_MOST) * _WAY
+"""Most segments of what may come of a new command."""
 
 
 class Bounds(NamedTuple):
@@ -141,6 +147,32 @@ def segment_polygon_depth_m(
 
 
 @njit(cache=True)
+def still_acting(sent: FloatArray, acting: FloatArray) -> int:
+    """Different velocities among ``sent`` [S, 3], newest first, into ``acting`` [TOLD_MOST, 3]; returns how many.
+
+    Of those that are much alike the newest stands for all; the more there are, the more counts as alike.
+    """
+    alike_mps = _ALIKE_MPS
+    while True:
+        count = 0
+        for s in range(len(sent)):
+            is_known = False
+            for k in range(count):
+                d_e, d_n, d_u = sent[s, 0] - acting[k, 0], sent[s, 1] - acting[k, 1], sent[s, 2] - acting[k, 2]
+                is_known = is_known or d_e * d_e + d_n * d_n + d_u * d_u <= alike_mps * alike_mps
+            if is_known:
+                continue
+            if count == TOLD_MOST:
+                count += 1
+                break
+            acting[count] = sent[s]
+            count += 1
+        if count <= TOLD_MOST:
+            return count
+        alike_mps *= 2.0
+
+
+@njit(cache=True)
 def moved(
     x: float, y: float, vx: float, vy: float, ux: float, uy: float, accel: float, time_s: float
 ) -> tuple[float, float, float, float]:
@@ -162,27 +194,50 @@ def _brake(ways: FloatArray, count: int, x: float, y: float, vx: float, vy: floa
 
 
 @njit(cache=True)
-def fill_ways(
-    ways: FloatArray, place: FloatArray, told: FloatArray, command: FloatArray, b: Bounds, hold_s: float
+def _hold(
+    ways: FloatArray,
+    count: int,
+    at: tuple[float, float, float, float],
+    command: FloatArray,
+    b: Bounds,
+    hold_s: float,
 ) -> int:
-    """Write the ways of one vehicle into [SEGMENTS, 4]; returns how many.
+    """One way from place and velocity ``at`` under a command, with braking after each part of ``hold_s``."""
+    x, y, vx, vy = at
+    samples = min(_SAMPLES_MOST, max(1, math.ceil(hold_s / _SAMPLE_S)))
+    for sample in range(samples + 1):
+        step_s = b.tick_s if sample == 0 else max(0.0, hold_s - b.tick_s) / samples
+        x0, y0 = x, y
+        x, y, vx, vy = moved(x, y, vx, vy, command[0], command[1], b.accel_mps2, step_s)
+        ways[count, 0], ways[count, 1], ways[count, 2], ways[count, 3] = x0, y0, x, y
+        count = _brake(ways, count + 1, x, y, vx, vy, b.brake_mps2)
+    return count
 
-    ``place``: east, north, up, and the velocity; ``told`` acts until ``command`` is obeyed, for ``hold_s`` at most.
+
+@njit(cache=True)
+def fill_ways(ways: FloatArray, place: FloatArray, told: FloatArray, command: FloatArray, b: Bounds) -> int:
+    """What may come of a new command: write the ways of one vehicle into [SEGMENTS, 4]; returns how many.
+
+    ``place``: east, north, up, and the velocity. One of ``told`` [R, 3] acts until ``command`` is obeyed, which then
+    acts for the time-out at most.
     """
-    count, samples = 0, min(_SAMPLES_MOST, max(1, math.ceil(hold_s / _SAMPLE_S)))
-    for way in range(2):
-        x, y, vx, vy = place[0], place[1], place[3], place[4]
-        if way == 1:
-            x0, y0 = x, y
-            x, y, vx, vy = moved(x, y, vx, vy, told[0], told[1], b.accel_mps2, b.reaction_s)
-            ways[count, 0], ways[count, 1], ways[count, 2], ways[count, 3] = x0, y0, x, y
-            count += 1
-        for sample in range(samples + 1):
-            step_s = b.tick_s if sample == 0 else max(0.0, hold_s - b.tick_s) / samples
-            x0, y0 = x, y
-            x, y, vx, vy = moved(x, y, vx, vy, command[0], command[1], b.accel_mps2, step_s)
-            ways[count, 0], ways[count, 1], ways[count, 2], ways[count, 3] = x0, y0, x, y
-            count = _brake(ways, count + 1, x, y, vx, vy, b.brake_mps2)
+    x, y, vx, vy = place[0], place[1], place[3], place[4]
+    count = _hold(ways, 0, (x, y, vx, vy), command, b, b.timeout_s)
+    for r in range(len(told)):
+        turned = moved(x, y, vx, vy, told[r, 0], told[r, 1], b.accel_mps2, b.reaction_s)
+        ways[count, 0], ways[count, 1], ways[count, 2], ways[count, 3] = x, y, turned[0], turned[1]
+        count = _hold(ways, count + 1, turned, command, b, b.timeout_s)
+    return count
+
+
+@njit(cache=True)
+def fill_kept_ways(ways: FloatArray, place: FloatArray, told: FloatArray, b: Bounds) -> int:
+    """What may come of the commands of before, should the vehicle hear no other, and of its present velocity."""
+    at = (place[0], place[1], place[3], place[4])
+    lasting_s = b.reaction_s + max(0.0, b.timeout_s - b.tick_s)
+    count = _hold(ways, 0, at, place[3:6], b, lasting_s)
+    for r in range(len(told)):
+        count = _hold(ways, count, at, told[r], b, lasting_s)
     return count
 
 
@@ -350,6 +405,7 @@ def _candidate(out: FloatArray, choice: int, vel: FloatArray, push: tuple[float,
 def judge_fleet(
     places: FloatArray,
     told: FloatArray,
+    tolds: IntArray,
     wishes: FloatArray,
     sides: FloatArray,
     b: Bounds,
@@ -358,27 +414,25 @@ def judge_fleet(
 ) -> tuple[FloatArray, IntArray, IntArray]:
     """Safe velocities [K, 3], choices [K] and causes [K] for the first K of N UAVs; their order is the right of way.
 
-    ``places`` [N, 6] east, north, up and velocity; ``told`` [N, 3] the velocities told last; ``wishes`` [K, 3];
-    ``sides`` [N, 2] the side a UAV is going round (1 right, -1 left) and for how many more ticks, updated here.
+    ``places`` [N, 6] east, north, up and velocity; ``told`` [N, TOLD_MOST, 3] the velocities of which the first
+    ``tolds`` [N], at least one, may still act, the newest first (:func:`still_acting`); ``wishes`` [K, 3]; ``sides``
+    [N, 2] the side a UAV is going round (1 right, -1 left) and for how many more ticks, updated here.
     """
     count, steered = len(places), len(wishes)
     out, choices, causes = np.zeros((steered, 3)), np.zeros(steered, np.int64), np.zeros(steered, np.int64)
-    ways, ways_count = np.zeros((count, 2 * SEGMENTS, 4)), np.zeros(count, np.int64)
+    ways, ways_count = np.empty((count, 2 * SEGMENTS, 4)), np.zeros(count, np.int64)
     for i in range(count):
-        measured = places[i, 3:6]
-        lasting_s = max(0.0, b.timeout_s - b.tick_s)
-        n = fill_ways(ways[i], places[i], told[i], told[i], b, lasting_s)
-        ways_count[i] = n + fill_ways(ways[i, n:], places[i], measured, measured, b, lasting_s)
-    climbs = told[:, 2].copy()
+        ways_count[i] = fill_kept_ways(ways[i], places[i], told[i, : tolds[i]], b)
+    climbs = told[:, 0, 2].copy()
     for i in range(steered):
-        vel = np.array(limited(wishes[i], places[i, 2], b))
-        choices[i], causes[i] = _choose(i, vel, out[i], places, told, climbs, ways, ways_count, sides, b, edges, starts)
+        vel, acting = np.array(limited(wishes[i], places[i, 2], b)), told[i, : tolds[i]]
+        choices[i], causes[i] = _choose(
+            i, vel, out[i], places, acting, climbs, ways, ways_count, sides, b, edges, starts
+        )
         if choices[i] == 0 and causes[i] == NONE and np.max(np.abs(out[i] - wishes[i])) > 1e-9:
             causes[i] = LIMIT
         climbs[i] = out[i, 2]
-        n = fill_ways(ways[i], places[i], told[i], out[i], b, b.timeout_s)
-        measured = places[i, 3:6]
-        ways_count[i] = n + fill_ways(ways[i, n:], places[i], measured, measured, b, max(0.0, b.timeout_s - b.tick_s))
+        ways_count[i] += fill_ways(ways[i, ways_count[i] :], places[i], acting, out[i], b)
     return out, choices, causes
 
 
@@ -402,14 +456,14 @@ def _choose(
     push = _push(places[i], places, level, b, edges, starts)
     kept = sides[i, 1] > 0.0
     side = sides[i, 0] if kept else 1.0
-    own = np.zeros((SEGMENTS, 4))
+    own = np.empty((SEGMENTS, 4))
     allowed, depths = np.zeros(3), np.zeros(3)
     cause, choice = NONE, 0
     for k in range(BRAKE + 1):
         choice = _in_order(k, kept)
         if not _candidate(out, choice, vel, push, side):
             continue
-        n = fill_ways(own, places[i], told[i], out, b, b.timeout_s)
+        n = fill_ways(own, places[i], told, out, b)
         depths[0], depths[1] = _fixed_depths(own, n, b, edges, starts)
         depths[2] = -math.inf
         for r in near:
@@ -450,7 +504,7 @@ def _allow(
 ) -> None:
     """What full braking cannot avoid is no reason against another velocity."""
     braking = np.array([push[0], push[1], 0.0])
-    n = fill_ways(own, places[i], told[i], braking, b, b.timeout_s)
+    n = fill_ways(own, places[i], told, braking, b)
     fence, obstacle = _fixed_depths(own, n, b, edges, starts)
     allowed[0], allowed[1], allowed[2] = max(0.0, fence), max(0.0, obstacle), 0.0
     for r in near:

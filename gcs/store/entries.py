@@ -8,7 +8,16 @@ from typing import Any
 from sqlalchemy import update
 from sqlalchemy.orm import Session
 
-from gcs.ports import CampaignState, Checkpoint, DecisionRecord, Event, SetpointSummary, SlotRecord, Verdict
+from gcs.ports import (
+    CampaignState,
+    Checkpoint,
+    DecisionRecord,
+    Event,
+    SetpointSummary,
+    SlotRecord,
+    TelemetrySample,
+    Verdict,
+)
 from gcs.store.chain import digest_of, newest_digest
 from gcs.store.jsonable import clean_text, jsonable
 from gcs.store.models import (
@@ -19,8 +28,10 @@ from gcs.store.models import (
     EventRow,
     SetpointsRow,
     SlotRow,
+    TelemetryRow,
     UploadRow,
 )
+from gcs.store.vehicle_rows import vehicle_rows
 
 STATES = frozenset(state.value for state in CampaignState)
 STATE_KIND = "campaign.state"  # an event of this kind carries the new state in data["state"]
@@ -77,7 +88,17 @@ class SetpointsEntry:
     told: tuple[SetpointSummary, ...]
 
 
-Entry = Event | SlotEntry | CommandEntry | UploadEntry | CheckpointEntry | DecisionEntry | SetpointsEntry
+@dataclass(frozen=True)
+class TelemetryEntry:
+    """What all vehicles said at one moment of a campaign."""
+
+    campaign_id: str
+    sample: TelemetrySample
+
+
+Entry = (
+    Event | SlotEntry | CommandEntry | UploadEntry | CheckpointEntry | DecisionEntry | SetpointsEntry | TelemetryEntry
+)
 
 
 class Writer:
@@ -116,6 +137,8 @@ def apply(session: Session, entry: Entry, now: datetime) -> None:
             document = jsonable([asdict(line) for line in entry.told])
             row = SetpointsRow(campaign_id=entry.campaign_id, slot=entry.slot, document=document, recorded_at=now)
             session.add(row)
+        case TelemetryEntry():
+            session.add(_telemetry_row(entry, now))
         case SlotEntry():
             session.merge(_slot_row(entry, now))  # a resumed campaign may tell its last slot again
         case CommandEntry():
@@ -161,6 +184,12 @@ def _slot_row(entry: SlotEntry, now: datetime) -> SlotRow:
         decision_ms=record.decision_ms,
         recorded_at=now,
     )
+
+
+def _telemetry_row(entry: TelemetryEntry, now: datetime) -> TelemetryRow:
+    sample = entry.sample
+    vehicles = vehicle_rows(sample.vehicles)
+    return TelemetryRow(campaign_id=entry.campaign_id, time_s=sample.time_s, vehicles=vehicles, recorded_at=now)
 
 
 def _command_row(entry: CommandEntry, now: datetime) -> CommandRow:

@@ -8,8 +8,8 @@ from typing import Any
 from sqlalchemy import Engine
 from sqlalchemy.orm import Session
 
-from gcs.ports import CampaignState, Event, SlotRecord
-from gcs.store.entries import SlotEntry, Writer, apply
+from gcs.ports import CampaignState, Event, SlotRecord, TelemetrySample
+from gcs.store.entries import SlotEntry, TelemetryEntry, Writer, apply
 from gcs.store.jsonable import clean_text, jsonable
 from gcs.store.models import CampaignRow
 
@@ -30,6 +30,7 @@ class ForeignCampaign:
     begun_at: datetime
     records: tuple[SlotRecord, ...]
     events: tuple[Event, ...]
+    telemetry: tuple[TelemetrySample, ...] = ()
 
 
 def import_campaign(engine: Engine, campaign: ForeignCampaign) -> None:
@@ -43,6 +44,8 @@ def import_campaign(engine: Engine, campaign: ForeignCampaign) -> None:
         session.add(row)
         for record in campaign.records:
             apply(session, SlotEntry(campaign.id, record), moment(record.time_s))
+        for sample in campaign.telemetry:
+            apply(session, TelemetryEntry(campaign.id, sample), moment(sample.time_s))
         for event in campaign.events:
             Writer(session, moment(event.time_s)).write(event)
             session.flush()  # the next one hangs on to it

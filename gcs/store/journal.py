@@ -24,11 +24,20 @@ from sqlalchemy.exc import (
 )
 from sqlalchemy.orm import Session
 
-from gcs.ports import Checkpoint, DecisionRecord, Event, SetpointSummary, Severity, SlotRecord
-from gcs.store.entries import CheckpointEntry, DecisionEntry, Entry, SetpointsEntry, SlotEntry, Writer
+from gcs.ports import Checkpoint, DecisionRecord, Event, SetpointSummary, Severity, SlotRecord, TelemetrySample
+from gcs.store.entries import (
+    CheckpointEntry,
+    DecisionEntry,
+    Entry,
+    SetpointsEntry,
+    SlotEntry,
+    TelemetryEntry,
+    Writer,
+)
 from gcs.store.event_tail import EventTail
 
 CAPACITY = 20_000  # records; a campaign of 100 UAVs writes some 100 a second, so minutes of a stalled store
+TELEMETRY_ROOM = CAPACITY // 4  # records that wait: beyond, telemetry is left out to leave room for what must be kept
 BATCH = 500  # records a transaction
 RETRY_S = 0.2  # first pause after a failure; doubles
 RETRY_MAX_S = 5.0
@@ -46,6 +55,7 @@ class JournalHealth:
     lost: int
     failures: int
     error: str
+    skipped: int = 0  # samples of telemetry left out while the store failed or was far behind
 
     @property
     def ok(self) -> bool:
@@ -70,7 +80,7 @@ class StoreJournal:
         self._taken = 0  # entries in the batch being written
         self._queued = self._finished = 0  # entries ever taken in, and ever done with
         self._late_told = False
-        self._written = self._lost = self._lost_untold = self._failures = 0
+        self._written = self._lost = self._lost_untold = self._failures = self._skipped = 0
         self._error = ""
         self._busy_since_s: float | None = None  # monotonic; None while idle
         self._time_s = 0.0  # flight clock of the newest event
@@ -96,6 +106,14 @@ class StoreJournal:
     def record_setpoints(self, campaign_id: str, slot: int, told: tuple[SetpointSummary, ...]) -> None:
         """Keep what the UAVs were told."""
         self.put(SetpointsEntry(campaign_id, slot, told))
+
+    def record_telemetry(self, campaign_id: str, sample: TelemetrySample) -> None:
+        """Keep what the vehicles said; left out while the store fails or is far behind, and counted."""
+        with self._changed:
+            behind = bool(self._error) or len(self._queue) + self._taken >= min(TELEMETRY_ROOM, self._capacity)
+            self._skipped += behind
+        if not behind:
+            self.put(TelemetryEntry(campaign_id, sample))
 
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         """Keep the newest one of its campaign, with the wall clock's time."""
@@ -155,7 +173,7 @@ class StoreJournal:
             if not error and self._lost_untold:
                 error = f"queue of {self._capacity} records is full"
             queued = len(self._queue) + self._taken
-            return JournalHealth(queued, self._written, self._lost, self._failures, error)
+            return JournalHealth(queued, self._written, self._lost, self._failures, error, self._skipped)
 
     def _busy_s(self) -> float:
         """How long the present write has taken."""

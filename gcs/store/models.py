@@ -1,5 +1,5 @@
-"""Tables: campaigns, their slots, checkpoints, decisions and setpoints, the audit log of events, orders with verdicts,
-upload receipts, answers kept by key, and API keys.
+"""Tables: campaigns, their slots, checkpoints, decisions, setpoints and telemetry, the audit log of events, orders
+with verdicts, upload receipts, answers kept by key, and API keys.
 """
 
 from datetime import UTC, datetime
@@ -120,6 +120,19 @@ class SetpointsRow(Base):
     campaign_id: Mapped[str] = mapped_column(String(64), index=True)
     slot: Mapped[int]
     document: Mapped[list[Any]]
+    recorded_at: Mapped[datetime]
+
+
+class TelemetryRow(Base):
+    """What all vehicles said at one moment, a row a vehicle; gcs.store.vehicle_rows has the columns."""
+
+    __tablename__ = "telemetry"
+    __table_args__ = (Index("ix_telemetry_campaign_id_id", "campaign_id", "id"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=True)
+    campaign_id: Mapped[str] = mapped_column(String(64))
+    time_s: Mapped[float]  # flight clock
+    vehicles: Mapped[list[Any]]
     recorded_at: Mapped[datetime]
 
 

@@ -14,6 +14,7 @@ from gcs.store.journal import StoreJournal
 from gcs.store.keys import Keys
 from gcs.store.migrate import upgrade
 from gcs.store.reading import Checkpoints, Events, Orders, Slots, Uploads
+from gcs.store.telemetry import Telemetry
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,7 @@ class Store:
     campaigns: Campaigns
     events: Events
     slots: Slots
+    telemetry: Telemetry
     checkpoints: Checkpoints
     orders: Orders
     uploads: Uploads
@@ -55,6 +57,7 @@ def open_store(url: str) -> Store:
         campaigns=Campaigns(engine),
         events=Events(engine),
         slots=Slots(engine),
+        telemetry=Telemetry(engine),
         checkpoints=Checkpoints(engine),
         orders=Orders(engine),
         uploads=Uploads(engine),

@@ -146,3 +146,6 @@ def test_the_checklist_is_shown_and_only_an_admin_overrides_it(
     with keyed.client(Role.ADMIN) as admin:
         assert admin.post(f"/api/v1/campaigns/{campaign_id}/start?override=true").status_code == 202
     assert [request.override for request in keyed.control.requests] == [True]
+    assert keyed.store.journal.flush(WAIT_S)
+    (told,) = operator.get("/api/v1/events", params={"kind": "api.start"}).json()["events"]
+    assert (told["actor"], told["message"]) == ("admin", "start asked for in spite of red pre-flight lines")

@@ -9,9 +9,12 @@ from api_server import Server
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gcs.api.recorded_clock import recorded_clock
 from gcs.api.recordings import slot_positions
+from gcs.ports import TelemetrySample
 from gcs.store.reading import SlotTime
 from gcs.store.records import EventRecord
+from gcs.store.telemetry import SampleTime
 
 NOON = datetime(2026, 11, 1, 12, tzinfo=UTC)
 WAIT_S = 10.0
@@ -47,6 +50,32 @@ def test_places_never_go_back_and_stay_within_the_slots(when: list[float], clock
     assert all(0.0 <= place <= len(clock) - 1 for place in places)
 
 
+def samples(*rows: tuple[float, float]) -> list[SampleTime]:
+    return [SampleTime(i, time_s, NOON + timedelta(seconds=wall_s)) for i, (time_s, wall_s) in enumerate(rows)]
+
+
+def test_a_recording_goes_from_the_launch_to_the_landing_by_the_flight_clock():
+    slots, told = times((30.0, 0), (45.0, 1)), samples((10.0, 0), (28.0, 0), (70.0, 2))
+    clock = recorded_clock(slots, told)
+    assert (clock.by_wall, clock.length_s) == (False, 60.0)
+    assert clock.at_s(slots) == [20.0, 35.0]
+    assert clock.at_s(told) == [0.0, 18.0, 60.0]
+    assert clock.at_s([event(5.0, 0), event(31.5, 0), event(0.0, 0), event(99.0, 0)]) == [0.0, 21.5, 21.5, 60.0]
+
+
+def test_after_a_restart_on_the_way_home_the_wall_clock_tells_where_everything_is():
+    slots, told = times((30.0, 0), (45.0, 15.0)), samples((20.0, -10.0), (46.0, 16.0), (2.0, 30.0), (9.0, 37.0))
+    clock = recorded_clock(slots, told)
+    assert clock.by_wall
+    assert clock.at_s(told) == [0.0, 26.0, 40.0, 47.0]
+    assert clock.at_s(slots) == [10.0, 25.0]
+
+
+def test_where_no_telemetry_was_kept_the_slots_are_all_there_is():
+    clock = recorded_clock(times((30.0, 0), (45.0, 1)), [])
+    assert (clock.at_s(times((30.0, 0), (45.0, 1))), clock.length_s) == ([0.0, 15.0], 15.0)
+
+
 @pytest.fixture
 def flown(keyed: Server, operator: httpx.Client, campaign_id: str) -> str:
     operator.post(f"/api/v1/campaigns/{campaign_id}/start")
@@ -72,6 +101,30 @@ def test_slots_come_in_parts_with_users_as_rows(flown: str, operator: httpx.Clie
     rest = operator.get(url, params={"first": part["next_first"]}).json()
     assert ([one["slot"] for one in rest["slots"]], rest["next_first"]) == ([2], None)
     assert operator.get(url, params={"first": 99}).json()["slots"] == []
+
+
+def test_telemetry_comes_in_parts_as_the_stream_would_have_told_it(flown: str, keyed: Server, operator: httpx.Client):
+    fleet = keyed.control.snapshot().vehicles
+    for time_s in (9.9, 10.0, 40.0):
+        keyed.store.journal.record_telemetry(flown, TelemetrySample(time_s, fleet))
+    assert keyed.store.journal.flush(WAIT_S)
+    told = operator.get(f"/api/v1/campaigns/{flown}/recording").json()
+    assert (told["samples"], told["length_s"]) == (3, 40.0)
+    assert told["slot_at_s"] == [[0, 0.0], [1, 15.0], [2, 30.0]]
+    url = f"/api/v1/campaigns/{flown}/recording/telemetry"
+    part = operator.get(url, params={"limit": 2}).json()
+    assert [one["at_s"] for one in part["samples"]] == [9.9, 10.0]
+    first = dict(zip(part["columns"], part["samples"][1]["vehicles"][0], strict=True))
+    live = operator.get("/api/v1/drones/1").json()
+    exact = ("system_id", "mode", "mode_name", "armed", "landed", "position_ready", "battery_fraction", "alt_home_m")
+    assert {name: first[name] for name in exact} == {name: live[name] for name in exact}
+    assert first["heading_deg"] == pytest.approx(53.1, abs=0.05)
+    assert (first["heartbeat_age_s"], first["speed_mps"]) == (0.2, 5.0)
+    assert first["east_m"] == pytest.approx(847.0, abs=3.0)
+    rest = operator.get(url, params={"first": part["next_first"]}).json()
+    assert ([one["at_s"] for one in rest["samples"]], rest["next_first"]) == ([40.0], None)
+    assert operator.get(url, params={"first": 2**31 - 1}).json()["samples"] == []
+    assert operator.get("/api/v1/campaigns/none/recording/telemetry").status_code == 404
 
 
 def test_nothing_flown_is_nothing_to_replay(campaign_id: str, operator: httpx.Client) -> None:

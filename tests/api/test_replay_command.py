@@ -16,10 +16,11 @@ import pytest
 from fleet_at_work import fleet_snapshot
 
 from gcs.__main__ import main
+from gcs.cli.flight_results import FlownCampaign, write_report
 from gcs.cli.recordings import copy_recording
-from gcs.ports import Event, SlotRecord, UavSlot
-from gcs.report import Provenance, ReportData, render_report
+from gcs.ports import CampaignState, Event, SlotRecord, TelemetrySample, UavSlot
 from gcs.store.store import using_store
+from policy.agents.registry import PolicyChoice
 from policy.mission_file import load_mission
 
 ROOT = Path(__file__).parents[2]
@@ -43,6 +44,12 @@ def events(campaign_id: str | None) -> tuple[Event, ...]:
     return (flying, Event(42.5, "plan.late", "the plan was late", campaign_id=campaign_id), done)
 
 
+TELEMETRY = tuple(
+    TelemetrySample(time_s, fleet_snapshot(int(5 * time_s), vehicles=2, users=0).vehicles)
+    for time_s in (12.0, 20.0, 65.0)
+)
+
+
 @pytest.fixture
 def store_file(tmp_path: Path) -> tuple[Path, str]:
     path = tmp_path / "gcs.db"
@@ -52,6 +59,8 @@ def store_file(tmp_path: Path) -> tuple[Path, str]:
             store.journal.record_slot(campaign.id, record(slot))
         for one in events(campaign.id):
             store.journal.record(one)
+        for sample in TELEMETRY:
+            store.journal.record_telemetry(campaign.id, sample)
         assert store.journal.flush(WAIT_S)
         store.journal.record(Event(9e6, "safety.stop", "somebody else's flight, later"))
     return path, campaign.id
@@ -83,9 +92,12 @@ def test_a_store_is_shown_and_nothing_of_it_is_written_or_may_be_changed(store_f
         assert shown == campaign_id
         told = client.get(f"/api/v1/campaigns/{shown}/recording").json()
         slots = client.get(f"/api/v1/campaigns/{shown}/recording/slots").json()["slots"]
+        telemetry = client.get(f"/api/v1/campaigns/{shown}/recording/telemetry").json()["samples"]
         refused = client.post(f"/api/v1/campaigns/{shown}/start")
     assert (told["first_slot"], told["last_slot"], told["state"]) == (0, SLOTS - 1, "done")
     assert [one["at_slot"] for one in told["events"]] == [0.0, 1.5, 3.0]
+    assert [one["at_s"] for one in told["events"]] == [8.0, 30.5, 53.0]
+    assert [one["at_s"] for one in telemetry] == [0.0, 8.0, 53.0]
     assert [slot["uavs"][0]["east_m"] for slot in slots] == [0.0, 100.0, 200.0, 300.0]
     assert refused.status_code == 401
     assert hashlib.sha256(path.read_bytes()).hexdigest() == before
@@ -107,6 +119,7 @@ def test_an_export_holds_the_same_recording_as_its_store(store_file: tuple[Path,
     folder.mkdir()
     with using_store(copy_recording(file, folder)) as store, using_store(f"sqlite:///{path}") as own:
         assert store.slots.of(campaign_id) == own.slots.of(campaign_id)
+        assert list(store.telemetry.rows(campaign_id)) == list(own.telemetry.rows(campaign_id))
         (copied,) = store.campaigns.newest()
         known = own.campaigns.get(campaign_id)
         assert known is not None
@@ -118,9 +131,11 @@ def test_an_export_holds_the_same_recording_as_its_store(store_file: tuple[Path,
 def test_a_report_folder_is_a_recording_too(tmp_path: Path) -> None:
     mission = load_mission("demo")
     records = tuple(record(slot) for slot in range(SLOTS))
-    provenance = Provenance(mission=mission.document, begun_utc="2026-11-01T12:00:00+00:00")
-    data = ReportData("demo", "gcrl", mission.scenario, records, events=events(None), provenance=provenance)
-    render_report(data, tmp_path / "report")
+    flown = FlownCampaign(
+        mission, PolicyChoice("gcrl"), mission.scenario, 0, CampaignState.DONE, "", records, events(None), {}, 9.0,
+        "2026-11-01T12:00:00+00:00", TELEMETRY,
+    )  # fmt: skip
+    write_report(flown, (), tmp_path / "report")
     with using_store(copy_recording(tmp_path / "report", tmp_path)) as store:
         (campaign,) = store.campaigns.newest()
         assert (campaign.policy, campaign.slots) == ("gcrl", mission.scenario.slots)
@@ -128,6 +143,9 @@ def test_a_report_folder_is_a_recording_too(tmp_path: Path) -> None:
         assert [one.uavs for one in found] == [one.uavs for one in records]
         assert [one.users for one in found] == [one.users for one in records]
         assert [one.time_s for one in found] == [one.time_s for one in records]
+        kept = [sample for _, sample in store.telemetry.part(campaign.id, 0, 10)]
+        assert [one.time_s for one in kept] == [one.time_s for one in TELEMETRY]
+        assert kept[0].vehicles[1].mode_name == TELEMETRY[0].vehicles[1].mode_name
         kappa = [one.metrics and one.metrics.episodic_aoi for one in found]
         assert kappa == [one.metrics and one.metrics.episodic_aoi for one in records]
 

@@ -14,6 +14,7 @@ from gcs.store.store import open_store
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests" / "api"))  # the large fleet is theirs
+sys.path.append(str(ROOT / "tests" / "flight"))  # the small vehicles in one object
 SHOTS = ROOT / "artifacts"
 FLAGS = (
     "--no-sandbox",

@@ -157,7 +157,7 @@ def test_a_silent_drone_is_a_warning_and_its_values_are_not_shown_as_live(page: 
     expect(alerts.first).to_contain_text("UAV 2")
     expect(alerts.first).to_have_class("warning")
     expect(alerts.last).to_contain_text("UAV 1: battery at 22%")
-    expect(page.get_by_test_id("drone-2").locator(".values .stale, .battery.stale")).to_have_count(5)
+    expect(page.get_by_test_id("drone-2").locator(".values .stale, .battery.stale")).to_have_count(6)
     shot(page, "dashboard_silent_drone")
     expect(page.get_by_test_id("mute")).to_have_attribute("data-sounded", "warning")
     page.get_by_role("button", name=re.compile("Acknowledge as one-time-key: UAV 2 is not heard")).click()
@@ -186,12 +186,30 @@ def test_loss_of_the_server_is_shown_large_and_the_page_comes_back_by_itself(pag
 
 def test_the_page_fits_from_a_phone_to_a_wall_in_light_and_dark(page: Page, shot: Shot):
     fly_demo(page)
+    control(page, "^Pause").click()  # what moves costs seconds at this size without a graphics card
     page.emulate_media(color_scheme="dark")
-    for width in (360, 768, 2560):
-        page.set_viewport_size({"width": width, "height": 800 if width < 2000 else 1440})
+    for width, height in ((360, 800), (768, 800), (2560, 1440), (3840, 2160)):
+        page.set_viewport_size({"width": width, "height": height})
         expect(page.get_by_test_id("map")).to_be_visible()
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert cut_off(page) == []
+        expect(page.get_by_role("button", name=re.compile("EMERGENCY STOP"))).to_be_in_viewport(ratio=1.0)
         shot(page, f"dashboard_{width}")
+
+
+def cut_off(page: Page) -> list[str]:
+    """Buttons, fields and figures that reach out of the page's width, or are too narrow for their own words."""
+    found: list[str] = page.evaluate(
+        """() => [...document.querySelectorAll("button, input, select, figure, dd, .panel, .map-panel")]
+          .filter((one) => one.offsetParent !== null && !one.closest(".sr"))
+          .filter((one) => {
+            const { left, right } = one.getBoundingClientRect();
+            const full = one.matches("button, dd") && one.scrollWidth > one.clientWidth + 2;
+            return left < -1 || right > innerWidth + 1 || full;
+          })
+          .map((one) => `${one.tagName} ${one.className} ${one.textContent.slice(0, 40)}`)"""
+    )
+    return found
 
 
 def test_curves_of_before_are_there_after_a_reload(page: Page):

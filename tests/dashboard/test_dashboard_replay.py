@@ -42,7 +42,7 @@ def test_a_flown_campaign_is_replayed_with_the_same_views_and_left_again(page: P
     expect(page.get_by_test_id("recorded-state")).to_have_text("recorded")
     expect(replay).to_have_attribute("data-position", re.compile(r"^[1-9]"))  # it plays by itself
     page.get_by_role("button", name="Pause the replay").click()
-    slider = page.get_by_label("Time of the replay, slots")
+    slider = page.get_by_label("Time of the replay, seconds")
     slider.focus()
     slider.press("Home")
     assert position(page) == 0.0

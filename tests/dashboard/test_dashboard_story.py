@@ -37,7 +37,7 @@ def test_a_shift_from_signing_in_to_looking_back(built_page: Path, context: Brow
     assert {"api.start", "api.pause", "api.resume", "safety.stop", "campaign.resumed", "api.abort"} <= kinds
     assert [(order.actor, order.system_id, order.command, order.result) for order in verdicts] == [
         ("ann", 2, "rtl", "accepted")
-    ]
+    ] * 2
 
 
 def prepare(page: Page, server: RealServer, shot: Shot) -> None:
@@ -96,6 +96,9 @@ def lose_and_regain(page: Page, server: RealServer, shot: Shot) -> None:
 
 
 def come_home(page: Page) -> None:
+    """The stop halted UAV 2 on its way home, and it was not the campaign's any more: it needs its order again."""
+    hold(page, page.get_by_role("button", name=re.compile("^Return: UAV 2 ")))
+    expect(page.get_by_test_id("drone-2")).to_contain_text(re.compile("RTL"), timeout=PATIENCE_MS)
     hold(page, control(page, "^Abort: return all"))
     state_is(page, "recovering")
     state_is(page, "aborted")
@@ -106,7 +109,12 @@ def look_back(page: Page, shot: Shot) -> None:
     replay = page.get_by_test_id("replay")
     expect(replay).to_have_attribute("data-position", re.compile(r"^[1-9]"))
     expect(page.get_by_test_id("map")).to_have_attribute("data-users", "30")
-    page.get_by_label("Time of the replay, slots").press("End")
+    expect(replay).to_have_attribute("data-samples", re.compile(r"^[1-9]\d+$"))
+    expect(page.get_by_test_id("drone-1")).to_contain_text("armed · in air")
+    page.get_by_label("Time of the replay, seconds").press("Home")
+    expect(page.get_by_test_id("recorded-state")).to_have_text("recorded, launching")
+    expect(page.get_by_test_id("drone-1")).to_contain_text("on ground")
+    page.get_by_label("Time of the replay, seconds").press("End")
     expect(page.get_by_test_id("recorded-state")).to_have_text("recorded, aborted")
     log = page.get_by_role("region", name="Events")
     expect(log).to_contain_text(re.compile("stop", re.IGNORECASE))

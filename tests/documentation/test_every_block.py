@@ -46,6 +46,7 @@ NOT_RUN = {
     ("docs/install.md", "pipx run"): "tests/packaging/test_wheel.py does, with a shorter flight",
     ("docs/install.md", "docker compose -f compose.demo.yaml up"): ENGINE,
     ("docs/install.md", "docker compose -f compose.drones.yaml build"): ENGINE,
+    ("docs/operator-page.md", "uptime; pytest"): "tests/dashboard/test_dashboard_load.py is one of the tests itself",
     ("docs/operator-page.md", "PYTHONPATH"): "an hour in a browser; tests/dashboard/test_dashboard_memory.py: minutes",
 }
 """Page and beginning of the block -> why no test runs it."""

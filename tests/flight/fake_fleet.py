@@ -18,6 +18,7 @@ from gcs.ports import (
     SafeSetpoint,
     SetpointSummary,
     SlotRecord,
+    TelemetrySample,
     VehicleCommand,
     VehicleLimits,
     VehicleStatus,
@@ -254,6 +255,7 @@ class MemoryJournal:
     checkpoints: list[Checkpoint] = field(default_factory=list)
     decisions: list[DecisionRecord] = field(default_factory=list)
     setpoints: dict[int, tuple[SetpointSummary, ...]] = field(default_factory=dict)
+    telemetry: list[TelemetrySample] = field(default_factory=list)
     clock: Callable[[], float] = lambda: 0.0  # when a checkpoint is taken
     checkpoint_times_s: list[float] = field(default_factory=list)
 
@@ -268,6 +270,9 @@ class MemoryJournal:
 
     def record_setpoints(self, campaign_id: str, slot: int, told: tuple[SetpointSummary, ...]) -> None:
         self.setpoints[slot] = told
+
+    def record_telemetry(self, campaign_id: str, sample: TelemetrySample) -> None:
+        self.telemetry.append(sample)
 
     def checkpoint(self, checkpoint: Checkpoint) -> None:
         self.checkpoints.append(checkpoint)

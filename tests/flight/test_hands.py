@@ -128,6 +128,26 @@ def test_a_campaign_that_was_aborted_names_the_drone_that_it_left_up() -> None:
     assert "in mode ALTCTL" in last.campaign.reason
 
 
+def test_a_drone_that_cannot_land_for_one_that_hangs_below_it_says_so() -> None:
+    """The lower one was sent home by an order of its own and stopped over the pads: nobody but a person moves it."""
+    flight = Flight()
+    flight.start()
+    flight.until_slot(1)
+    stray = flight.vehicles[1]
+    stray.mode, stray.mode_name = FlightMode.PILOT, "BRAKE"
+    wait(flight, 1.0)
+    stray.east_m, stray.north_m, stray.alt_m = 804.0, 700.0, 115.0
+    flight.ask(RequestKind.ABORT)
+    flight.until(lambda s: "drone.waits" in flight.journal.kinds())
+    wait(flight, 30.0)
+    (told,) = (event for event in flight.journal.events if event.kind == "drone.waits")
+    assert (told.system_id, "drone 2 is in the air below it" in told.message) == (1, True)
+    assert flight.vehicles[0].alt_m > 110.0
+    stray.armed, stray.alt_m = False, 0.0
+    flight.until_state(*ENDED)
+    assert all_stand(flight)
+
+
 def test_a_silent_drone_serves_nobody_and_is_not_planned_for() -> None:
     flight = Flight()
     flight.start()

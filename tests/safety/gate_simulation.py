@@ -14,11 +14,12 @@ import numpy as np
 from gate_cases import FLAVOURS, UAVS, Cases, draw
 from numba import njit
 
-from gcs.safety.judge import Bounds, judge_fleet
+from gcs.safety.judge import TOLD_MOST, Bounds, judge_fleet, still_acting
 from sitl_mock.physics.fleet import STEP_TICKS, Air, Fleet
 
 TICK_S = 0.1
 STALE_TICKS = 10
+REACTION_TICKS = 5
 EXTRAPOLATED_TICKS = 5
 WILD_TICKS = 400
 GOAL_TICKS = 3000
@@ -44,7 +45,8 @@ class Outcome:
 
 
 @njit  # not cached: numba would not notice that the rules have changed
-def _judge_all(count, seen, stale, told, wishes, sides, bounds, edges, starts, walls, done):
+def _judge_all(count, seen, age, stale, told, history, wishes, sides, bounds, edges, starts, walls, done):
+    """``history`` [C, UAVS, ticks, 3] of what was told, newest first, kept here as gcs.safety.gate keeps it."""
     for c in range(len(count)):
         n = count[c]
         if done[c]:
@@ -64,12 +66,20 @@ def _judge_all(count, seen, stale, told, wishes, sides, bounds, edges, starts, w
             if stale[c, i]:
                 order[last] = i
                 last += 1
-        places, mine = seen[c][order], told[c][order]
+        places = seen[c][order]
         side = sides[c][order]
-        safe, _, _ = judge_fleet(places, mine, wishes[c][order[:steered]], side, b, edges[c], starts[c, : walls[c] + 1])
+        acting, actings = np.zeros((n, TOLD_MOST, 3)), np.zeros(n, np.int64)
+        for k in range(n):
+            sent = history[c, order[k], : min(REACTION_TICKS + age[c, order[k]], history.shape[2])]
+            actings[k] = still_acting(sent, acting[k])
+        wish = wishes[c][order[:steered]]
+        safe, _, _ = judge_fleet(places, acting, actings, wish, side, b, edges[c], starts[c, : walls[c] + 1])
         for k in range(steered):
-            told[c, order[k]] = safe[k]
-            sides[c, order[k]] = side[k]
+            i = order[k]
+            history[c, i, 1:] = history[c, i, :-1].copy()
+            history[c, i, 0] = safe[k]
+            told[c, i] = safe[k]
+            sides[c, i] = side[k]
 
 
 @njit
@@ -106,6 +116,7 @@ def fly(cases: Cases, rng: np.random.Generator, *, wild: bool, gust_mps: float, 
     fleet.place(_ned(cases.place_m.reshape(n, 3)), np.zeros((n, 3)))
     fleet.command[:, 4] = 1.0
     told, sides = np.zeros((c, UAVS, 3)), np.zeros((c, UAVS, 2))
+    history = np.zeros((c, UAVS, REACTION_TICKS + STALE_TICKS, 3))
     obeyed, heard_tick = np.zeros((c, UAVS, 3)), np.zeros((c, UAVS), dtype=int)
     flags, done = np.zeros((3, c), dtype=np.bool_), np.zeros(c, dtype=np.bool_)
     seen_tick = np.zeros((c, UAVS), dtype=int)
@@ -136,7 +147,7 @@ def fly(cases: Cases, rng: np.random.Generator, *, wild: bool, gust_mps: float, 
                 break
         stale = age > STALE_TICKS
         args = (cases.bounds, cases.edges, cases.starts, cases.walls, done)
-        _judge_all(cases.count, view, stale, told, wish, sides, *args)
+        _judge_all(cases.count, view, age, stale, told, history, wish, sides, *args)
         sent = [*sent[-3:], np.where(stale[..., None], 0.0, told)]
         arrives = ~cut & (rng.random((c, UAVS)) >= cases.loss[:, None])
         for delay in range(4):

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gcs.ports import UavTrack, VelocitySetpoint
+from gcs.safety import judge as rules
 from gcs.safety.envelope import Envelope
 from gcs.safety.gate import GateAction, SafetyGate, SealedSetpoint, Wish
 from policy.world.geometry import distance_to_polygon_m
@@ -166,3 +167,45 @@ def test_outside_the_fence_the_way_back_is_open() -> None:
         (safe,) = gate.judge([Wish(setpoint(east=10.0), body.track(1))])
         body.fly((safe.setpoint.vel_ned_mps[1], safe.setpoint.vel_ned_mps[0], 0.0), 0.1)
     assert body.east_m > 50.0
+
+
+def gate_that_told(*commands: tuple[float, float]) -> SafetyGate:
+    """In the middle of the area, where all passes: each command (north, east) was told for one tick."""
+    gate = SafetyGate(ENVELOPE)
+    for north, east in commands:
+        (sealed,) = gate.judge([Wish(setpoint(north=north, east=east), at(400.0, 250.0, vel=(0.0, 1.0)))])
+        assert sealed.action is GateAction.PASSED
+    return gate
+
+
+def test_commands_that_the_vehicle_may_still_obey_count() -> None:
+    """Told north at full speed, then east: until it is seen to turn it may go on north, so less is left to brake in."""
+    north, east = (16.0, 0.0), (0.0, 12.0)
+    differ = 0
+    for place_m in np.arange(440.0, 495.0, 1.0):
+        wish = Wish(setpoint(north=10.0), at(400.0, float(place_m), vel=(0.0, 1.0)))
+        (turned,) = gate_that_told(*[north] * 3, *[east] * 2).judge([wish])
+        (steady,) = gate_that_told(*[east] * 5).judge([wish])
+        assert steady.action is GateAction.PASSED or turned.action is not GateAction.PASSED
+        differ += steady.action is not turned.action
+    assert differ > 0
+
+
+def test_a_command_of_long_ago_is_forgotten() -> None:
+    north, east = (16.0, 0.0), (0.0, 12.0)
+    for place_m in np.arange(440.0, 495.0, 5.0):
+        wish = Wish(setpoint(north=10.0), at(400.0, float(place_m), vel=(0.0, 1.0)))
+        (turned,) = gate_that_told(*[north] * 3, *[east] * 5).judge([wish])
+        (steady,) = gate_that_told(*[east] * 5).judge([wish])
+        assert turned.action is steady.action
+
+
+@given(st.lists(st.tuples(*[st.floats(-20.0, 20.0)] * 3), min_size=1, max_size=15))
+def test_every_command_has_one_like_it_among_those_kept(sent: list[tuple[float, float, float]]) -> None:
+    acting = np.zeros((rules.TOLD_MOST, 3))
+    count = rules.still_acting(np.array(sent), acting)
+    assert 1 <= count <= rules.TOLD_MOST
+    assert tuple(acting[0]) == sent[0]
+    gaps = np.linalg.norm(np.array(sent)[:, None] - acting[None, :count], axis=-1).min(axis=1)
+    if len(set(sent)) <= rules.TOLD_MOST:
+        assert gaps.max() <= 0.5

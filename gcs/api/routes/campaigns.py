@@ -133,7 +133,8 @@ async def _act(context: ApiContext, kind: RequestKind, campaign_id: str, actor: 
 async def _taken(context: ApiContext, request: OperatorRequest, done: str) -> Taken:
     campaign_id = request.campaign_id
     assert campaign_id is not None
-    context.audit(request.actor, f"api.{request.kind}", f"{request.kind} asked for", campaign_id=campaign_id)
+    message = f"{request.kind} asked for{' in spite of red pre-flight lines' if request.override else ''}"
+    context.audit(request.actor, f"api.{request.kind}", message, campaign_id=campaign_id)
     await ask_or_conflict(context, request)
     flown = in_flight(context, campaign_id)
     return Taken(detail=done, state=None if flown is None else flown.state)

@@ -26,6 +26,7 @@ from gcs.report.trajectory import trajectory_csv
 from gcs.store.jsonable import jsonable
 from gcs.store.reading import EventFilter
 from gcs.store.records import CampaignRecord, EventRecord
+from gcs.store.vehicle_rows import telemetry_document
 
 router = APIRouter(prefix="/campaigns/{campaign_id}", tags=["campaigns"])
 MAX_EVENTS = 10_000
@@ -90,6 +91,7 @@ def _document(context: ApiContext, record: CampaignRecord, slots: Sequence[SlotR
             "reason": record.reason,
             "metrics": None if metrics is None else asdict(metrics),
             "slots": [asdict(slot) for slot in slots],
+            "telemetry": telemetry_document(context.store.telemetry.rows(record.id)),
             "events": [EventView(**asdict(event)).model_dump(mode="json") for event in _events(context, record)],
         }
         | (_beside(_report_data(context, record, slots)) if slots else {})

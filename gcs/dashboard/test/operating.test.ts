@@ -66,6 +66,34 @@ describe("alerts that say the same", () => {
   });
 });
 
+describe("an alert that repeats itself", () => {
+  const late = (sequence: number, slot: number, took: number) =>
+    event({ sequence, time_s: 10 * sequence, kind: "plan.late", severity: "caution", message: `slot ${slot}: no decision ${took} s into the slot; the drones hold`, system_id: null });
+  const groups = (told: ReturnType<typeof late>[], done: number[] = []) => grouped(allAlerts(null, told, new Map(done.map((one) => [one, "ann"]))));
+  it("is one line with the newest words, whatever its figures, and names its number and last time", () => {
+    const [one, ...others] = groups([late(9, 7, 2.4), late(7, 6, 2.1), late(3, 5, 2.0)]);
+    expect([one?.text.slice(0, 7), one?.notes.length, one?.notes[0]?.timeS, others.length]).toEqual(["slot 7:", 3, 90, 0]);
+  });
+  it("comes back when it occurs again after it was acknowledged", () => {
+    expect(groups([late(7, 6, 2.1), late(3, 5, 2.0)], [3, 7])).toEqual([]);
+    expect(groups([late(9, 7, 2.4), late(7, 6, 2.1), late(3, 5, 2.0)], [3, 7])[0]?.notes).toEqual([{ sequence: 9, timeS: 90 }]);
+  });
+  it("is not joined with what another drone or another number of drones does", () => {
+    const about = (sequence: number, message: string) => event({ sequence, message, system_id: null });
+    expect(groups([about(3, "drone 3 is near drone 1"), about(2, "drone 2 is near drone 1"), about(1, "2 drones hold")])).toHaveLength(3);
+  });
+  it("never pushes out a warning that nobody has acknowledged", () => {
+    const first = 10_000;
+    state.receive(event({ sequence: first, message: "UAV 4 is lost", system_id: 4 }), 1);
+    state.receive(event({ sequence: first + 1, severity: "caution", message: "another caution", system_id: null }), 1);
+    for (let k = 2; k < state.KEPT_EVENTS + 300; k++) state.receive(late(first + k, k, 2), 1);
+    expect(state.flight.events.value).toHaveLength(state.KEPT_EVENTS);
+    const texts = grouped(state.alerts.value).map((alert) => alert.text);
+    expect(texts).toContain("UAV 4 is lost");
+    expect(texts).toContain("another caution");
+  });
+});
+
 describe("the log's filter", () => {
   const log = [event({ sequence: 1, severity: "info", kind: "api.start", message: "start asked for", actor: "ann", system_id: null }), event({ sequence: 2, message: "no heartbeat", system_id: 2 })];
   it("wants every word, in the line, its kind, its author or its drone", () => {
@@ -97,7 +125,7 @@ describe("vector tiles", () => {
 });
 
 describe("a replay", () => {
-  const recorded = { area: null, snapshot: snapshot({ vehicles: [vehicle({ system_id: 9 })] }), users: [], trails: new Map(), plans: [], points: [], events: [] };
+  const recorded = { area: null, snapshot: snapshot({ vehicles: [vehicle({ system_id: 9 })] }), users: [], trails: new Map(), plans: [], points: [], events: [], reported: true, acknowledged: new Map() };
   it("is shown in the flight's place, and hides neither the flight's alerts nor its end", () => {
     state.opened();
     state.receive(snapshot({ vehicles: [vehicle({ system_id: 1, heartbeat_age_s: 60 })] }), 10);

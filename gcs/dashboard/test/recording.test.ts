@@ -1,6 +1,8 @@
 import { describe, expect, it } from "vitest";
 
-import { advanced, frameIndex, framesOf, pointsOf, shownAt, SPEED_STEPS, speedOf, wallMs, type Recording, type RecordedSlot } from "../src/core/recording";
+import { advanced, framesOf, pointsOf, shownAt, slotAt, SPEED_STEPS, speedOf, wallMs, type Recording, type RecordedSlot } from "../src/core/recording";
+import type { Sample } from "../src/core/recordedFleet";
+import { lastAt } from "../src/core/timeline";
 import { event, ground } from "./samples";
 
 const metrics = (aoi: number) => ({ episodic_aoi: aoi, data_collection_ratio: 0.5, user_coverage: 0.4, energy_ratio: 0.1, final_aoi: aoi });
@@ -9,14 +11,16 @@ const slot = (number: number, east: number, change: Partial<RecordedSlot> = {}):
   uavs: [{ system_id: 7, east_m: east, north_m: 100, heading_deg: 90, speed_mps: 18, energy_j: 1000 * number, active: true }],
   users: [[0, 10, 20, number + 1, 0.5, false], [1, null, null, 1, 0, true]], ...change,
 });
-const frames = framesOf({ user_ids: ["ann", "bob"], slots: [slot(0, 0), slot(1, 270), slot(2, 540)], next_first: null });
+const slotAtS: [number, number][] = [[0, 0], [1, 15], [2, 30]];
+const frames = framesOf({ user_ids: ["ann", "bob"], slots: [slot(0, 0), slot(1, 270), slot(2, 540)], next_first: null }, slotAtS);
 const recording: Recording = {
   campaign: ground(), state: "aborted", reason: "by ann", begun_at: "2026-11-01T10:00:00Z", ended_at: "2026-11-01T10:00:30Z",
-  first_slot: 0, last_slot: 2, battery_j: 100_000,
-  events: [{ ...event({ sequence: 4, severity: "info" }), at_slot: 0 }, { ...event({ sequence: 5 }), at_slot: 1.5 }],
+  first_slot: 0, last_slot: 2, battery_j: 100_000, length_s: 30, slot_at_s: slotAtS, samples: 0,
+  events: [{ ...event({ sequence: 4, severity: "info" }), at_slot: 0, at_s: 0 }, { ...event({ sequence: 5 }), at_slot: 1.5, at_s: 22.5 }],
 };
-const at = (position: number) => {
-  const shown = shownAt(recording, frames, pointsOf(frames), position);
+const NONE: readonly Sample[] = [];
+const at = (slots: number) => {
+  const shown = shownAt({ recording, frames, points: pointsOf(frames), samples: NONE }, 15 * slots);
   if (shown === null) throw new Error("nothing is shown");
   return shown;
 };
@@ -47,14 +51,19 @@ describe("a recording at a moment", () => {
     expect(at(2).plans).toEqual([]);
   });
   it("is nothing while no slot has come, and stays with the last place of a drone that was lost", () => {
-    expect(shownAt(recording, [], [], 0)).toBeNull();
-    const lost = framesOf({ user_ids: [], slots: [slot(0, 0), slot(1, 270, { uavs: [] })], next_first: null });
-    expect(shownAt(recording, lost, [], 0.7)?.snapshot?.vehicles[0]?.east_m).toBe(0);
+    expect(shownAt({ recording, frames: [], points: [], samples: NONE }, 0)).toBeNull();
+    const lost = framesOf({ user_ids: [], slots: [slot(0, 0), slot(1, 270, { uavs: [] })], next_first: null }, slotAtS);
+    expect(shownAt({ recording, frames: lost, points: [], samples: NONE }, 10.5)?.snapshot?.vehicles[0]?.east_m).toBe(0);
   });
-  it("finds the frame of every moment, as a plain search does", () => {
-    const gaps = [2, 3, 7, 8].map((number) => ({ slot: number, decisionMs: null, metrics: null, uavs: [], users: [] }));
-    for (let position = 0; position < 10; position += 0.25)
-      expect(frameIndex(gaps, position)).toBe(gaps.findLastIndex((frame) => frame.slot <= position));
+  it("says that the vehicles' own reports are not part of it", () => {
+    expect([at(1).reported, at(1).snapshot?.vehicles[0]?.mode]).toEqual([false, "unknown"]);
+  });
+  it("tells the slot and its part of every moment", () => {
+    expect([0, 7.5, 15, 30, 99].map((atS) => slotAt(frames, atS))).toEqual([0, 0.5, 1, 2, 2]);
+  });
+  it("finds what counts at every moment, as a plain search does", () => {
+    const things = [2, 3, 7, 8].map((atS) => ({ atS }));
+    for (let atS = 0; atS < 10; atS += 0.25) expect(lastAt(things, atS)).toBe(things.findLastIndex((one) => one.atS <= atS));
   });
 });
 
@@ -65,11 +74,11 @@ describe("the replay's clock", () => {
     expect(speeds.every((speed, k) => k === 0 || speed > (speeds[k - 1] ?? 0))).toBe(true);
   });
   it("moves by flight seconds and stops at the end", () => {
-    expect(advanced(1, 0.1, 15, 15, 60)).toBeCloseTo(1.1, 9);
-    expect(advanced(59.9, 1, 1000, 15, 60)).toBe(60);
+    expect(advanced(15, 0.1, 15, 900)).toBeCloseTo(16.5, 9);
+    expect(advanced(899, 1, 1000, 900)).toBe(900);
   });
   it("tells the wall clock's time in between", () => {
-    expect(wallMs(recording, 1)).toBe(Date.parse("2026-11-01T10:00:15Z"));
-    expect(wallMs({ ...recording, begun_at: null }, 1)).toBeNull();
+    expect(wallMs(recording, 15)).toBe(Date.parse("2026-11-01T10:00:15Z"));
+    expect(wallMs({ ...recording, begun_at: null }, 15)).toBeNull();
   });
 });

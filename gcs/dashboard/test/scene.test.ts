@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
 
+import { bignessOf } from "../src/map/bigness";
 import { droneLook, groundScene, placed, userScene } from "../src/map/scene";
 import { ground, user, vehicle } from "./samples";
 
@@ -29,4 +30,8 @@ describe("the map's content", () => {
   it("places only those whose place is known", () => {
     expect(placed([vehicle({}), vehicle({ system_id: 3, east_m: null })]).map((one) => one.system_id)).toEqual([1]);
   });
+});
+
+describe("marks on the map", () => {
+  it("grow with the screen, in steps", () => expect([360, 1920, 2560, 3840].map(bignessOf)).toEqual([1, 1, 1.3, 1.8]));
 });

@@ -68,13 +68,23 @@ export interface AlertGroup extends Alert {
   notes: { sequence: number; timeS: number }[];
 }
 
-/** What says the same becomes one line, at the newest one's place: a fault that repeats itself hides nothing else. */
+/** "slot 7: no decision 2.1 s into the slot" says the same as "slot 9: no decision 2.4 s into the slot". */
+const sameWords = (text: string): string => text.replace(/^slot \d+: /, "").replace(/\d+(\.\d+)?(?= (s|ms|ticks)\b)/g, "#");
+
+/** Events with the same key are one line. */
+export const groupKey = ({ severity, systemId, text }: Pick<Alert, "severity" | "systemId" | "text">): string =>
+  `${severity} ${systemId} ${sameWords(text)}`;
+
+/**
+ * What says the same becomes one line with the newest one's words, at its place: a fault that repeats itself hides
+ * nothing else. Acknowledging takes note of all until then; the next one makes a new line.
+ */
 export function grouped(alerts: readonly Alert[]): AlertGroup[] {
   const groups = new Map<string, AlertGroup>();
   for (const alert of alerts) {
     const { sequence, timeS } = alert;
-    const key = sequence === null ? alert.key : `${alert.severity} ${alert.systemId} ${alert.text}`;
-    const group = groups.get(key) ?? { ...alert, notes: [] };
+    const key = sequence === null ? alert.key : groupKey(alert);
+    const group = groups.get(key) ?? { ...alert, key, notes: [] };
     if (sequence !== null && timeS !== null) group.notes.push({ sequence, timeS });
     groups.set(key, group);
   }

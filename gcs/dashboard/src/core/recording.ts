@@ -1,16 +1,16 @@
 /**
- * A recorded campaign as the page shows it: the same picture as of a flight, made for any moment of the slot clock.
- * Places are recorded at the ends of slots; between two of them a drone is drawn on the straight way. What was not
- * recorded (mode, link, charge as reported) stays unknown.
+ * A recorded campaign as the page shows it: the same picture as of a flight, made for any moment of the recording, in
+ * seconds since its first record. Users and metrics were recorded at the ends of slots, the fleet about once a second.
+ * A recording of an older version knows the fleet at the ends of slots only: then a drone is drawn on the straight way
+ * between two of them, and mode, link and charge as reported stay unknown.
  */
 
+import { fleetAt, trailsOf, type Sample } from "./recordedFleet";
+import { logAt, pausedS, type RecordedEvent } from "./recordedLog";
+import { between, lastAt, type Timed } from "./timeline";
 import { meanAoi, type Point } from "./series";
-import type { Shown } from "./state";
-import type { CampaignStatic, EventMessage, MetricsView, Pair, PlanView, SnapshotMessage, UserView, VehicleView } from "./types";
-
-export interface RecordedEvent extends EventMessage {
-  at_slot: number;
-}
+import type { Replayed } from "./state";
+import type { CampaignStatic, MetricsView, Pair, PlanView, SnapshotMessage, UserView, VehicleView } from "./types";
 
 export interface RecordedUav {
   system_id: number;
@@ -48,11 +48,14 @@ export interface Recording {
   first_slot: number;
   last_slot: number;
   battery_j: number;
+  length_s: number;
+  slot_at_s: Pair[]; // [slot, seconds]
+  samples: number; // of telemetry
   events: RecordedEvent[];
 }
 
 /** A slot with its users by name, made once. */
-export interface Frame {
+export interface Frame extends Timed {
   slot: number;
   decisionMs: number | null;
   metrics: MetricsView | null;
@@ -62,9 +65,10 @@ export interface Frame {
 
 const TRAIL_SLOTS = 12;
 
-export function framesOf(page: SlotsPage): Frame[] {
+export function framesOf(page: SlotsPage, slotAtS: readonly Pair[]): Frame[] {
+  const times = new Map(slotAtS);
   return page.slots.map(({ slot, decision_ms, metrics, uavs, users }) => ({
-    slot, decisionMs: decision_ms, metrics, uavs,
+    slot, atS: times.get(slot) ?? 0, decisionMs: decision_ms, metrics, uavs,
     users: users.map(([index, east_m, north_m, aoi_slots, data_mb, served]) => ({
       user_id: page.user_ids[index] ?? `${index}`, east_m, north_m, aoi_slots, data_mb, served,
     })),
@@ -80,52 +84,62 @@ export const pointsOf = (frames: readonly Frame[]): Point[] =>
     }],
   );
 
-/** Index of the frame that `position` (slots) lies in or after; -1 before the first. */
-export function frameIndex(frames: readonly Frame[], position: number): number {
-  let [low, high] = [0, frames.length];
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if ((frames[middle]?.slot ?? Infinity) <= position) low = middle + 1;
-    else high = middle;
-  }
-  return low - 1;
+/** Slots and their parts at a moment; the first slot before it began. */
+export function slotAt(frames: readonly Frame[], atS: number): number {
+  const index = Math.max(0, lastAt(frames, atS));
+  const [here, next] = [frames[index], frames[index + 1]];
+  return here === undefined ? 0 : here.slot + shareOf(here, next, atS) * ((next?.slot ?? here.slot) - here.slot);
 }
 
-/** Everything that the page shows at `position`; null while the frames of that moment are not there. */
-export function shownAt(recording: Recording, frames: readonly Frame[], points: readonly Point[], position: number): Shown | null {
-  const index = Math.max(0, frameIndex(frames, position));
+const shareOf = (here: Frame, next: Frame | undefined, atS: number): number =>
+  next === undefined ? 0 : Math.min(1, Math.max(0, (atS - here.atS) / Math.max(1e-9, next.atS - here.atS)));
+
+/** Everything that was recorded of a campaign, as far as it has come. */
+export interface Records {
+  recording: Recording;
+  frames: readonly Frame[];
+  points: readonly Point[];
+  samples: readonly Sample[];
+}
+
+/** Everything that the page shows `atS` into the recording; null while the frames of that moment are not there. */
+export function shownAt({ recording, frames, points, samples }: Records, atS: number): Replayed | null {
+  const index = Math.max(0, lastAt(frames, atS));
   const [here, next] = [frames[index], frames[index + 1]];
   if (here === undefined) return null;
-  const share = next === undefined ? 0 : Math.min(1, Math.max(0, (position - here.slot) / (next.slot - here.slot)));
-  const vehicles = here.uavs.map((uav) => vehicleAt(recording, uav, next?.uavs.find((one) => one.system_id === uav.system_id), share));
   const { campaign } = recording;
-  const elapsed = Math.max(0, position - here.slot) * campaign.slot_s;
+  const then = logAt(recording.events, atS);
+  const state = atS >= recording.length_s ? recording.state : (then.state ?? (next === undefined ? recording.state : "flying"));
+  const told = fleetAt(samples, atS);
+  const vehicles = told === null ? here.uavs.map((uav) => vehicleAt(recording, uav, partner(next, uav), shareOf(here, next, atS))) : told.map((vehicle) => ({ ...vehicle, last_verdict: then.verdicts.get(vehicle.system_id) ?? null }));
+  const flying = atS >= here.atS && here.slot < campaign.slots;
+  const elapsed = flying ? Math.min(campaign.slot_s, atS - here.atS - pausedS(then.log, here.atS, atS)) : 0;
   const snapshot: SnapshotMessage = {
-    type: "snapshot", time_s: position * campaign.slot_s, tick: 0, stopped: false, stopped_ids: [], healthy: true, setpoint_period_s: null, vehicles,
+    type: "snapshot", time_s: atS, tick: 0, stopped: then.stopped.all, stopped_ids: then.stopped.ones, healthy: true, setpoint_period_s: null, vehicles,
     campaign: {
       campaign_id: campaign.campaign_id, name: campaign.name, policy: campaign.policy, slots: campaign.slots, slot_s: campaign.slot_s,
-      state: next === undefined ? recording.state : "flying", reason: next === undefined ? recording.reason : "",
-      slot: here.slot, slot_elapsed_s: elapsed, metrics: here.metrics, plans: plansOf(here, next), users: null, users_slot: here.slot,
+      state, reason: state === recording.state ? recording.reason : "",
+      slot: here.slot, slot_elapsed_s: elapsed, metrics: here.metrics, plans: flying ? plansOf(here, next) : [], users: null, users_slot: here.slot,
       decision_ms: here.decisionMs, explanation: {},
     },
   };
   return {
     area: campaign, snapshot, users: here.users, plans: snapshot.campaign?.plans ?? [],
-    trails: trailsTo(frames, index, vehicles),
-    points: points.slice(0, points.findLastIndex((point) => point.slot <= here.slot) + 1),
-    events: recording.events.slice(0, recording.events.findLastIndex((event) => event.at_slot <= position) + 1).reverse(),
+    trails: told === null ? trailsTo(frames, index, vehicles) : trailsOf(samples, atS - TRAIL_SLOTS * campaign.slot_s, atS, vehicles),
+    points: points.slice(0, points.findLastIndex((point) => point.slot <= here.slot && atS >= here.atS) + 1),
+    events: then.newestFirst, reported: told !== null, acknowledged: then.acknowledged,
   };
 }
 
+const partner = (next: Frame | undefined, uav: RecordedUav): RecordedUav | undefined => next?.uavs.find((one) => one.system_id === uav.system_id);
+
 function vehicleAt(recording: Recording, here: RecordedUav, next: RecordedUav | undefined, share: number): VehicleView {
-  const between = (a: number | null, b: number | null | undefined): number | null =>
-    a === null ? (b ?? null) : b === null || b === undefined ? a : a + share * (b - a);
   const { campaign } = recording;
   const flown = next ?? here; // the way of this slot is told at its end
-  const [east_m, north_m] = [between(here.east_m, next?.east_m), between(here.north_m, next?.north_m)];
+  const [east_m, north_m] = [between(here.east_m, next?.east_m, share), between(here.north_m, next?.north_m, share)];
   const [lat, lng] = campaign.south_west_deg;
   const [eastScale, northScale] = campaign.metres_per_deg;
-  const energy = between(here.energy_j, next?.energy_j) ?? 0;
+  const energy = between(here.energy_j, next?.energy_j, share) ?? 0;
   return {
     system_id: here.system_id, autopilot: "unknown", mode: "unknown", mode_name: here.active ? "in the campaign" : "out of the campaign",
     armed: here.active, landed: here.active ? "in_air" : "unknown", position_ready: true,
@@ -164,13 +178,13 @@ export const speedOf = (step: number): number => {
 };
 
 /** Where the clock stands after `seconds` more of playing; never beyond what is there. */
-export const advanced = (position: number, seconds: number, speed: number, slotS: number, end: number): number =>
-  Math.min(end, position + (seconds * speed) / slotS);
+export const advanced = (atS: number, seconds: number, speed: number, endS: number): number => Math.min(endS, atS + seconds * speed);
 
-/** The wall clock's time at `position`, in ms, between the first and the last slot; null where none was recorded. */
-export function wallMs(recording: Recording, position: number): number | null {
-  if (recording.begun_at === null || recording.ended_at === null) return null;
+/** The wall clock's time `atS` into the recording, in ms, by its first and last slot; null where none was recorded. */
+export function wallMs(recording: Recording, atS: number): number | null {
+  const [first, last] = [recording.slot_at_s[0]?.[1], recording.slot_at_s.at(-1)?.[1]];
+  if (recording.begun_at === null || recording.ended_at === null || first === undefined || last === undefined) return null;
   const [begun, ended] = [Date.parse(recording.begun_at), Date.parse(recording.ended_at)];
-  const slots = Math.max(1, recording.last_slot - recording.first_slot);
-  return begun + ((ended - begun) * (position - recording.first_slot)) / slots;
+  const msASecond = last > first ? (ended - begun) / (last - first) : 1000;
+  return begun + (atS - first) * msASecond;
 }

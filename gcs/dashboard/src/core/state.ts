@@ -6,7 +6,7 @@
 
 import { batch, computed, signal } from "@preact/signals";
 
-import { allAlerts } from "./alerts";
+import { allAlerts, groupKey } from "./alerts";
 import { isOver } from "./campaigns";
 import { merged } from "./delta";
 import { linkState } from "./freshness";
@@ -32,6 +32,12 @@ export interface Shown {
   events: readonly EventMessage[];
 }
 
+/** A recording also says whether the vehicles' own reports are part of it, and what had been acknowledged by then. */
+export interface Replayed extends Shown {
+  reported: boolean;
+  acknowledged: ReadonlyMap<number, string>;
+}
+
 /** The flight itself, whatever is shown. */
 export const flight = {
   area: signal<CampaignStatic | null>(null),
@@ -44,8 +50,15 @@ export const flight = {
 };
 
 /** The recording that is shown in the flight's place, at its present moment. */
-export const replayed = signal<Shown | null>(null);
+export const replayed = signal<Replayed | null>(null);
 export const replaying = computed(() => replayed.value !== null);
+/** Mode, link, charge and height are what the vehicles said, now or then; false where a recording knows the slots only. */
+export const reported = computed(() => replayed.value?.reported ?? true);
+/** What was wrong at the recording's moment; the present's own alerts stand beside it. */
+export const recordedAlerts = computed(() => {
+  const then = replayed.value;
+  return then === null ? [] : allAlerts(then.reported ? then.snapshot : null, then.events, then.acknowledged);
+});
 
 const shown = <K extends keyof Shown>(name: K) => computed((): Shown[K] => replayed.value?.[name] ?? (flight[name].value as Shown[K]));
 
@@ -193,9 +206,24 @@ function takeEvent(event: EventMessage): void {
 const sameEvent = (a: EventMessage, b: EventMessage): boolean =>
   a.time_s === b.time_s && a.kind === b.kind && a.message === b.message;
 
-/** Bounded, but what is not acknowledged is never dropped for what is harmless. */
+/** Bounded: harmless lines go first, then what a newer line says as well, then cautions; warnings last of all. */
 function keep(all: EventMessage[]): EventMessage[] {
   if (all.length <= KEPT_EVENTS) return all;
-  const harmless = all.findLastIndex((event) => event.severity === "info" || acknowledged.value.has(event.sequence));
-  return harmless < 0 ? all.slice(0, KEPT_EVENTS) : all.filter((_, k) => k !== harmless);
+  const oldest = (gone: (event: EventMessage) => boolean): number => all.findLastIndex(gone);
+  let out = oldest((event) => event.severity === "info" || acknowledged.value.has(event.sequence));
+  if (out < 0) out = repeated(all);
+  if (out < 0) out = oldest((event) => event.severity === "caution");
+  return all.filter((_, k) => k !== (out < 0 ? all.length - 1 : out));
+}
+
+/** The oldest line that a newer one repeats; -1 when all are different. */
+function repeated(all: readonly EventMessage[]): number {
+  const newer = new Set<string>();
+  let found = -1;
+  all.forEach(({ severity, system_id: systemId, message: text }, index) => {
+    const key = groupKey({ severity, systemId, text });
+    if (newer.has(key)) found = index;
+    newer.add(key);
+  });
+  return found;
 }

@@ -14,6 +14,7 @@ import * as state from "../core/state";
 import { scheme } from "../core/theme";
 import type { CampaignStatic } from "../core/types";
 import { Legend } from "../ui/Legend";
+import { measured } from "./bigness";
 import { drawLaunch } from "./icons";
 import { layers, mapStyle, type SourceName } from "./layers";
 import { Overlay, type Moving } from "./overlay";
@@ -70,6 +71,7 @@ export function MapPanel() {
 }
 
 function makeMap(container: HTMLElement): MapView {
+  measured();
   const map = new MapView({
     container, style: mapStyle(), center: [0, 0], zoom: 1,
     attributionControl: false, dragRotate: false, pitchWithRotate: false, maxPitch: 0, fadeDuration: 0,
@@ -102,6 +104,7 @@ function feed(map: MapView): () => void {
     void addTiles(map).then((reason) => (tilesFailure.value = reason));
     const { area, users } = state;
     stops.push(effect(() => repaint(map, scheme.value)));
+    map.on("resize", () => measured() && repaint(map, scheme.peek()));
     show("ground", () => (area.value === null ? EMPTY : groundScene(area.value)));
     show("users", () => (area.value === null ? EMPTY : userScene(area.value, users.value)));
     show("draft", () => drawingScene(drafting.drawing.value.corners));

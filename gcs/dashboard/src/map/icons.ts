@@ -3,6 +3,7 @@
 import type { Map as MapView } from "maplibre-gl";
 
 import { color } from "../core/theme";
+import { bigness } from "./bigness";
 
 const SCALE = 2; // pixels a point, for sharp edges
 const SIZE = 22;
@@ -28,5 +29,5 @@ export function drawLaunch(map: MapView): void {
   context.fillStyle = color("ink-2");
   context.fillText("H", 0, 0.5);
   if (map.hasImage("launch")) map.removeImage("launch");
-  map.addImage("launch", context.getImageData(0, 0, canvas.width, canvas.height), { pixelRatio: SCALE });
+  map.addImage("launch", context.getImageData(0, 0, canvas.width, canvas.height), { pixelRatio: SCALE / bigness() });
 }

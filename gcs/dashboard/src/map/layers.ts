@@ -4,6 +4,7 @@ import type { LayerSpecification, StyleSpecification } from "maplibre-gl";
 
 import { AOI_STEPS } from "../core/aoi";
 import { color } from "../core/theme";
+import { bigness } from "./bigness";
 import { EMPTY } from "./scene";
 
 export const SOURCES = ["ground", "users", "draft"] as const;
@@ -36,7 +37,7 @@ export function layers(): LayerSpecification[] {
     {
       id: "users", type: "circle", source: "users",
       paint: {
-        "circle-radius": ["+", 3.8, ["*", 0.7, ["get", "step"]]],
+        "circle-radius": ["*", bigness(), ["+", 3.8, ["*", 0.7, ["get", "step"]]]],
         "circle-color": ["match", ["get", "step"], ...stepColors, color("aoi-4")] as unknown as string,
         "circle-stroke-color": color("user-edge"),
         "circle-stroke-width": 1,

@@ -10,6 +10,7 @@ import { frameOf, pixelsAtZoom0, toLngLat } from "../core/geo";
 import { color } from "../core/theme";
 import type { Trails } from "../core/trails";
 import type { CampaignStatic, Pair, PlanView, UserView, VehicleView } from "../core/types";
+import { bigness } from "./bigness";
 import { Glide } from "./glide";
 import { Sheet } from "./sheet";
 import { droneLook, placed, type DroneLook } from "./scene";
@@ -28,7 +29,7 @@ export interface Moving {
 const LOOK_COLORS: Record<DroneLook, string> = { normal: "drone", stale: "drone-stale", caution: "caution", warning: "warning" };
 const PICK_PX = 22;
 const MANY = 20; // drones: dashes cost more than they tell
-const FONT = "700 14px 'Inter Variable', system-ui, 'DejaVu Sans', sans-serif";
+const font = (): string => `700 ${14 * bigness()}px 'Inter Variable', system-ui, 'DejaVu Sans', sans-serif`;
 
 export class Overlay {
   /** What changes with a report or when the map moves, and what changes with every picture. */
@@ -70,7 +71,7 @@ export class Overlay {
     const near = this.placed()
       .map(({ vehicle, at }) => ({ id: vehicle.system_id, distance: Math.hypot(at[0] - x, at[1] - y) }))
       .sort((a, b) => a.distance - b.distance)[0];
-    return near !== undefined && near.distance <= PICK_PX ? near.id : null;
+    return near !== undefined && near.distance <= PICK_PX * bigness() ? near.id : null;
   }
 
   private placed(): { vehicle: VehicleView; at: Pair }[] {
@@ -140,7 +141,7 @@ export class Overlay {
   private line(context: CanvasRenderingContext2D, pointsM: readonly Pair[], token: string, width: number, dash: number[]): void {
     context.beginPath();
     for (const point of pointsM) context.lineTo(...this.pixel(point));
-    context.lineWidth = width;
+    context.lineWidth = width * bigness();
     context.strokeStyle = color(token);
     context.setLineDash(dash);
     context.stroke();
@@ -164,7 +165,7 @@ function drawReach(context: CanvasRenderingContext2D, [x, y]: Pair, radius: numb
 
 /** An arrow along the direction of travel; hollow when it is not known to be there any more. */
 function drawDrone(context: CanvasRenderingContext2D, [x, y]: Pair, vehicle: VehicleView, look: DroneLook, chosen: boolean): void {
-  const [paint, ground, size] = [color(LOOK_COLORS[look]), color("map-ground"), chosen ? 1.25 : 1];
+  const [paint, ground, size] = [color(LOOK_COLORS[look]), color("map-ground"), (chosen ? 1.25 : 1) * bigness()];
   context.save();
   context.translate(x, y);
   context.save();
@@ -184,8 +185,8 @@ function drawDrone(context: CanvasRenderingContext2D, [x, y]: Pair, vehicle: Veh
   context.restore();
 }
 
-function drawName(context: CanvasRenderingContext2D, name: string, ground: string, [x, y]: Pair = [13, -11]): void {
-  context.font = FONT;
+function drawName(context: CanvasRenderingContext2D, name: string, ground: string, [x, y]: Pair = [13 * bigness(), -11 * bigness()]): void {
+  context.font = font();
   context.lineJoin = "round";
   context.lineWidth = 4;
   context.strokeStyle = ground;

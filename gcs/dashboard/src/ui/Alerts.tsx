@@ -7,6 +7,7 @@ import { signal } from "@preact/signals";
 
 import { grouped, type AlertGroup } from "../core/alerts";
 import { acknowledge, muted, sounded } from "../core/app";
+import { clock } from "../core/format";
 import * as state from "../core/state";
 
 const refusal = signal<string | null>(null);
@@ -20,23 +21,41 @@ async function takeNote(notes: AlertGroup["notes"]): Promise<void> {
 }
 
 export function Alerts() {
-  const alerts = state.alerts.value;
+  const alerts = grouped(state.alerts.value);
   if (alerts.length === 0) return null;
-  const warnings = alerts.filter((alert) => alert.severity === "warning").length;
   return (
     <section class="alerts" aria-label="Alerts">
       <div class="alerts-head">
-        <span class="note">{count(warnings, "warning")}, {count(alerts.length - warnings, "caution")}</span>
+        <span class="note">{state.replaying.value && "Now: "}{summary(alerts)}</span>
         {refusal.value !== null && <span class="verdict bad" role="status">Not acknowledged: {refusal.value}</span>}
         <Mute />
       </div>
       <ul aria-live="assertive" tabIndex={0} aria-label="Alerts by priority">
-        {grouped(alerts).map((alert) => (
+        {alerts.map((alert) => (
           <AlertLine key={alert.key} alert={alert} />
         ))}
       </ul>
     </section>
   );
+}
+
+/** What was wrong at the moment that a replay shows: silent, nothing to acknowledge, and beside the present's alerts. */
+export function RecordedAlerts() {
+  const alerts = grouped(state.recordedAlerts.value);
+  if (alerts.length === 0) return null;
+  return (
+    <section class="alerts then" aria-label="Wrong at that time" data-testid="recorded-alerts">
+      <p class="note">In the recording: {summary(alerts)}</p>
+      <ul tabIndex={0} aria-label="What was wrong, by priority">
+        {alerts.map((alert) => <AlertLine key={alert.key} alert={alert} recorded />)}
+      </ul>
+    </section>
+  );
+}
+
+function summary(alerts: readonly AlertGroup[]): string {
+  const warnings = alerts.filter((alert) => alert.severity === "warning").length;
+  return `${count(warnings, "warning")}, ${count(alerts.length - warnings, "caution")}`;
 }
 
 const count = (number: number, what: string): string => `${number} ${what}${number === 1 ? "" : "s"}`;
@@ -57,15 +76,16 @@ function Mute() {
   );
 }
 
-function AlertLine({ alert }: { alert: AlertGroup }) {
+function AlertLine({ alert, recorded = false }: { alert: AlertGroup; recorded?: boolean }) {
   const { notes } = alert;
+  const lastS = notes[0]?.timeS ?? null;
   return (
     <li class={alert.severity}>
       <span>
         <b>{alert.severity === "warning" ? "Warning" : "Caution"}</b> {alert.text}
-        {notes.length > 1 && <span class="times"> {notes.length} times</span>}
+        {notes.length > 1 && <span class="times"> {notes.length} times, last at {clock(lastS)}</span>}
       </span>
-      {notes.length > 0 && state.mayFly.value && (
+      {notes.length > 0 && !recorded && state.mayFly.value && (
         <button type="button" aria-label={`Acknowledge as ${state.hello.value?.actor}: ${alert.text}`} onClick={() => void takeNote(notes)}>
           Acknowledge
         </button>

@@ -5,7 +5,7 @@
 
 import { MapPanel } from "../map/MapPanel";
 import * as state from "../core/state";
-import { Alerts } from "./Alerts";
+import { Alerts, RecordedAlerts } from "./Alerts";
 import { Campaign } from "./Campaign";
 import { ConnectionBanner } from "./ConnectionBanner";
 import { Curves } from "./Curves";
@@ -24,6 +24,7 @@ export function App() {
       <main>
         <div class="left">
           <Alerts />
+          <RecordedAlerts />
           <MapPanel />
           <Curves />
         </div>

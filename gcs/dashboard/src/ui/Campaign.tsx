@@ -25,9 +25,10 @@ const policy = signal("");
 const checkpoint = signal(""); // file name; empty: the policy's own
 const name = signal("drawn"); // of a campaign with an area of its own
 const chosen = signal<string | null>(null);
-const message = signal<{ text: string; good: boolean } | null>(null);
+/** `whileIn`: states in which it is still true. */
+const message = signal<{ text: string; good: boolean; whileIn?: readonly string[] } | null>(null);
 
-const say = (text: string, good: boolean): void => void (message.value = { text, good });
+const say = (text: string, good: boolean, whileIn?: readonly string[]): void => void (message.value = { text, good, ...(whileIn && { whileIn }) });
 
 async function refresh(): Promise<void> {
   const [files, methods, known] = await Promise.all([api.missions(), api.policies(), api.campaigns()]);
@@ -62,11 +63,17 @@ async function create(event: Event): Promise<void> {
   await Promise.all([refresh(), show(answer.value.id)]);
 }
 
-const DONE: Record<CampaignAct, string> = { start: "Starting", pause: "Paused: the UAVs hold", resume: "Flying on", abort: "Aborted: the UAVs return" };
+const DONE: Record<CampaignAct, readonly [string, readonly string[]]> = {
+  start: ["Starting", ["ready", "launching"]],
+  pause: ["Paused: the UAVs hold", ["paused"]],
+  resume: ["Flying on", ["flying"]],
+  abort: ["Aborted: the UAVs return", ["recovering"]],
+};
 
 async function act(id: string, what: CampaignAct, override = false): Promise<void> {
   const answer = await api.act(id, what, override);
-  say(answer.ok ? DONE[what] : answer.reason, answer.ok);
+  if (answer.ok) say(DONE[what][0], true, DONE[what][1]);
+  else say(answer.reason, false);
   await refresh();
 }
 
@@ -112,7 +119,7 @@ export function Campaign() {
       )}
       {campaign !== null && !state.replaying.value && <Controls campaign={campaign} />}
       {campaign !== null && campaign.slot > 0 && <Afterwards campaign={campaign} />}
-      {message.value !== null && !state.replaying.value && <p class={`verdict${message.value.good ? "" : " bad"}`} role="status">{message.value.text}</p>}
+      {message.value !== null && !state.replaying.value && (message.value.whileIn?.includes(campaign?.state ?? "") ?? true) && <p class={`verdict${message.value.good ? "" : " bad"}`} role="status">{message.value.text}</p>}
       <DryRunResult />
       {state.replaying.value ? null : state.mayFly.value ? <Create /> : <p class="note">Sign in with an operator's key to create and fly campaigns.</p>}
     </section>

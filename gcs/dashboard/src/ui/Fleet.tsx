@@ -44,9 +44,9 @@ export function Fleet() {
 function summary(vehicles: readonly VehicleView[]): string {
   if (vehicles.length === 0) return "";
   const count = `${vehicles.length} ${vehicles.length === 1 ? "UAV" : "UAVs"}`;
-  if (state.replaying.value) return `${count}, recorded`;
+  if (!state.reported.value) return `${count}, recorded`;
   const wrong = vehicles.filter((vehicle) => vehicleAlerts(vehicle).length > 0).length;
-  return wrong === 0 ? `${count}, all normal` : `${count}, ${wrong} not normal`;
+  return `${count}, ${state.replaying.value ? "recorded, " : ""}${wrong === 0 ? "all normal" : `${wrong} not normal`}`;
 }
 
 function OrdersToSeveral({ vehicles }: { vehicles: readonly VehicleView[] }) {
@@ -89,14 +89,15 @@ function StopOne({ id }: { id: number }) {
 function Card({ vehicle }: { vehicle: VehicleView }) {
   const id = vehicle.system_id;
   const chosen = state.selected.value === id;
-  const recorded = state.replaying.value;
+  const replaying = state.replaying.value;
+  const recorded = !state.reported.value;
   const alerts = recorded ? [] : vehicleAlerts(vehicle);
   const stale = vehicleStale(vehicle);
-  const orders = chosen && !recorded && state.mayFly.value;
+  const orders = chosen && !replaying && state.mayFly.value;
   return (
     <li class={`drone ${worst(alerts) ?? "normal"}${chosen ? " chosen" : ""}`} data-testid={`drone-${id}`}>
       <div class="drone-top">
-        {state.mayFly.value && !recorded && (
+        {state.mayFly.value && !replaying && (
           <input type="checkbox" aria-label={`Mark UAV ${id}`} checked={marked.value.includes(id)} onChange={(event) => mark([id], event.currentTarget.checked)} />
         )}
         <button type="button" class="drone-head" aria-pressed={chosen} onClick={() => (state.selected.value = chosen ? null : id)}>
@@ -138,6 +139,7 @@ function Values({ vehicle, stale, recorded }: { vehicle: VehicleView; stale: boo
   const flown: [string, string, boolean][] = [["speed", fixed(vehicle.speed_mps, 1, " m/s"), oldPlace], ["heading", fixed(vehicle.heading_deg, 0, "°"), oldPlace]];
   const reported: [string, string, boolean][] = [
     ["height", fixed(vehicle.alt_home_m, 0, " m"), oldPlace],
+    ["heading", fixed(vehicle.heading_deg, 0, "°"), oldPlace],
     ["link", percent(1 - vehicle.loss_ratio), stale],
     ["heard", fixed(vehicle.heartbeat_age_s, 1, " s ago"), stale],
   ];
@@ -154,7 +156,7 @@ function Values({ vehicle, stale, recorded }: { vehicle: VehicleView; stale: boo
 }
 
 function LastVerdict({ vehicle }: { vehicle: VehicleView }) {
-  const own = answers.value.get(vehicle.system_id);
+  const own = state.replaying.value ? undefined : answers.value.get(vehicle.system_id);
   const last = vehicle.last_verdict;
   if (own !== undefined) return <p class={`verdict${own.good ? "" : " bad"}`} role="status">{own.text}</p>;
   if (last === null) return null;

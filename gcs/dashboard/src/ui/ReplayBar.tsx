@@ -14,7 +14,7 @@ export function ReplayBar() {
       </p>
     ) : null;
   return (
-    <section class="replay" aria-label="Replay" data-testid="replay" data-position={replaying.position.value.toFixed(2)} data-frames={replaying.frames.value.length}>
+    <section class="replay" aria-label="Replay" data-testid="replay" data-position={replaying.slot.value.toFixed(2)} data-at-s={replaying.position.value.toFixed(1)} data-samples={replaying.samples.value.length} data-frames={replaying.frames.value.length}>
       <Title recording={recording.value} />
       <Buttons />
       <Slider recording={recording.value} />
@@ -36,15 +36,15 @@ function Title({ recording }: { recording: Recording }) {
 }
 
 function Buttons() {
-  const { position, playing, nextAlarm } = replaying;
+  const { playing, nextAlarm } = replaying;
   const alarm = nextAlarm.value;
   return (
     <div class="replay-buttons" role="group" aria-label="Play">
       <button type="button" aria-label="To the beginning" title="To the beginning" onClick={() => replaying.seek(0)}>|◂</button>
-      <button type="button" aria-label="One slot back" title="One slot back" onClick={() => replaying.seek(Math.ceil(position.value) - 1)}>◂</button>
+      <button type="button" aria-label="One slot back" title="One slot back" onClick={() => replaying.stepSlot(-1)}>◂</button>
       <button type="button" class="primary" aria-label={playing.value ? "Pause the replay" : "Play"} onClick={replaying.toggle}>{playing.value ? "❚❚" : "▶"}</button>
-      <button type="button" aria-label="One slot on" title="One slot on" onClick={() => replaying.seek(Math.floor(position.value) + 1)}>▸</button>
-      <button type="button" disabled={alarm === null} title={alarm?.message ?? "No caution or warning from here on"} onClick={() => alarm !== null && replaying.seek(alarm.at_slot)}>
+      <button type="button" aria-label="One slot on" title="One slot on" onClick={() => replaying.stepSlot(1)}>▸</button>
+      <button type="button" disabled={alarm === null} title={alarm?.message ?? "No caution or warning from here on"} onClick={() => alarm !== null && replaying.seek(alarm.at_s)}>
         Next alert
       </button>
     </div>
@@ -52,21 +52,20 @@ function Buttons() {
 }
 
 function Slider({ recording }: { recording: Recording }) {
-  const { position, end } = replaying;
-  const { slots, slot_s } = recording.campaign;
-  const span = Math.max(1, end.value - recording.first_slot);
+  const { position, end, slot } = replaying;
+  const whole = Math.max(1, recording.length_s);
   const marks = recording.events.filter((event) => event.severity !== "info");
   return (
     <div class="replay-time">
       <input
-        type="range" aria-label="Time of the replay, slots" min={recording.first_slot} max={Math.max(end.value, recording.first_slot + 1)} step={0.1} value={position.value}
-        aria-valuetext={`slot ${position.value.toFixed(1)} of ${slots}, ${clock(position.value * slot_s)}`}
+        type="range" aria-label="Time of the replay, seconds" min={0} max={Math.ceil(whole)} step={1} value={position.value}
+        aria-valuetext={`${clock(position.value)} of ${clock(recording.length_s)}, slot ${Math.floor(slot.value)} of ${recording.campaign.slots}`}
         onInput={(event) => replaying.seek(event.currentTarget.valueAsNumber)}
       />
       <div class="replay-marks" aria-hidden="true">
-        {marks.map((event) => <i key={event.sequence} class={event.severity} style={`left: ${(100 * (event.at_slot - recording.first_slot)) / span}%`} />)}
+        {marks.map((event) => <i key={event.sequence} class={event.severity} style={`left: ${(100 * event.at_s) / whole}%`} />)}
       </div>
-      <span class="note">{clock(position.value * slot_s)} of {clock(end.value * slot_s)} · slot {Math.floor(position.value)}</span>
+      <span class="note">{clock(position.value)} of {clock(end.value)} · slot {Math.floor(slot.value)}{recording.samples === 0 && " · recorded at the ends of slots only"}</span>
     </div>
   );
 }
