@@ -6,7 +6,7 @@ SPEEDUP ?= 40
 KEEP ?=
 JOBS ?= 2
 
-.PHONY: demo test lint unit page bench rivals crash soak gate-long chaos train format client site wheel clean help
+.PHONY: demo test lint leaks audit fuzz unit page bench rivals crash soak gate-long chaos train format client site wheel clean help
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -31,12 +31,27 @@ demo: $(VENV)/.base page  ## fly the demo campaign with two mock drones; KEEP=1 
 
 test: $(VENV)/.dev page lint unit  ## everything that needs no long training
 
-lint: $(VENV)/.dev
+lint: $(VENV)/.dev leaks
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/hadolint Dockerfile
+
+leaks: $(VENV)/.dev  ## look for keys and passwords in what git keeps; mark a false alarm with "pragma: allowlist secret"
+	@if git rev-parse --is-inside-work-tree >/dev/null 2>&1; then \
+		git ls-files -z -- . ':!docs/results' ':!policy/checkpoints' ':!*.ipynb' ':!*.svg' ':!*.png' ':!*.csv' \
+			':!*package-lock.json' | xargs -0 -n 100 -P 2 $(BIN)/detect-secrets-hook --no-verify --baseline .secrets.baseline; \
+	else echo "no git repository here: nothing was looked at"; fi
+
+audit: $(VENV)/.dev  ## look up known holes of what is installed; needs the Internet
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'pip-audit>=2.7'
+	@mkdir -p .build
+	$(BIN)/python -m pip freeze --exclude-editable | sed 's/+cpu$$//' > .build/installed.txt
+	$(BIN)/pip-audit --strict --disable-pip --no-deps --requirement .build/installed.txt
+
+fuzz: $(VENV)/.dev  ## every operation of the API with 200 values for each role (minutes)
+	UCS_FUZZ_EXAMPLES=200 $(BIN)/python -m pytest --timeout=3600 tests/api/test_api_schema.py
 
 unit: $(VENV)/.dev
 	@sh tests/install_system_packages.sh
@@ -46,7 +61,7 @@ format: $(VENV)/.dev  ## let ruff put the sources in order
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-bench: $(VENV)/.dev  ## measure decision times, steps per second, flights and setpoint periods; writes docs/bench.md
+bench: $(VENV)/.dev  ## measure decision times, steps per second, flights, setpoint periods and load; writes docs/bench.md
 	OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/bench/run.py --out docs/bench.md
 
 train:  $(VENV)/.dev  ## train the default gcrl anew into runs/gcrl-default (long)

@@ -9,7 +9,6 @@ from gcs.api.settings import server_version
 from gcs.flight_loop import FlightLoop
 from gcs.mission.manager import MissionManager
 from gcs.mission.order import CampaignOrder, FlightSettings
-from gcs.mission.port_agent import PortAgent
 from gcs.mission.threaded_planner import ThreadedPlanner
 from gcs.ports import FleetLink, FlightClock, Journal, OperatorRequest, Planner, UserPlaces
 from gcs.safety.gate import compile_rules
@@ -22,7 +21,6 @@ from policy.mobility.traces import UserTraces
 from policy.model.checkpoint import find_checkpoint, read_card
 from policy.model.checkpoint_error import CheckpointError
 from policy.model.files import sha256
-from policy.service.client import RemotePolicy
 from policy.world.arrays import FloatArray
 from policy.world.scenario import Scenario
 
@@ -56,6 +54,9 @@ class Cast:
 def make_planner(cast: Cast, campaign_id: str) -> Planner:
     """A planner in its own thread, asking an agent of this process or a service elsewhere."""
     if cast.policy_url is not None:
+        from gcs.mission.port_agent import PortAgent  # noqa: PLC0415 - an HTTP client, for this choice only
+        from policy.service.client import RemotePolicy  # noqa: PLC0415
+
         remote = RemotePolicy(cast.policy_url)
         bare = PolicyChoice(cast.policy.name)  # weights are the service's own
         return ThreadedPlanner(lambda: PortAgent(remote, campaign_id, bare))

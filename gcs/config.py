@@ -5,6 +5,7 @@ host = "127.0.0.1"     # any other address needs API keys: python -m gcs keys ad
 port = 8080
 max_body_kb = 2048
 rate_per_s = 500       # requests of one address
+max_streams = 100      # clients that follow the stream at a time
 speedup = 1.0          # flight seconds a second: other than 1 only with simulated drones that run as fast
 [store]
 url = "sqlite:///gcs-data/gcs.db"     # or postgresql://USER:PASSWORD@HOST/NAME
@@ -53,6 +54,7 @@ class ServerSection(Section):
     port: Annotated[int, Field(ge=0, le=65_535, strict=True)] = 8080
     max_body_kb: Annotated[int, Field(ge=1, le=1_000_000, strict=True)] = 2048
     rate_per_s: Annotated[float, Field(ge=1.0, le=1e6)] = 500.0
+    max_streams: Annotated[int, Field(ge=1, le=10_000, strict=True)] = 100
     speedup: Annotated[float, Field(gt=0.0, le=1000.0)] = 1.0  # other than 1 only with simulated drones as fast
 
 

@@ -69,6 +69,7 @@ def create_app(
     app = FastAPI(title="UAV crowdsensing ground control", version=settings.version, docs_url=None, redoc_url=None)
     app.state.context = context
     app.state.snapshots = SnapshotSource(control, store.tail, context.catalog)
+    app.state.seats = stream.Seats(settings.max_streams)
     app.state.metrics, app.state.stream_clients = new_registry(context)
     problems.install(app)
     _include_routes(app)

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from sqlalchemy.exc import SQLAlchemyError
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket
@@ -117,7 +118,9 @@ class Gatekeeper:
         if scope["type"] not in {"http", "websocket"}:
             await self._app(scope, receive, send)
             return
-        match self._door.admit(scope):
+        match self._admit(scope):
+            case Refusal(503) as refusal:
+                await _refuse(scope, receive, send, refusal)
             case Refusal() as refusal:
                 self._on_refusal(scope, refusal)
                 await _refuse(scope, receive, send, refusal)
@@ -125,9 +128,16 @@ class Gatekeeper:
                 scope.setdefault("state", {})["actor"] = actor
                 await self._app(scope, receive, send)
 
+    def _admit(self, scope: Scope) -> Actor | Refusal | None:
+        """A store that is away knows no keys: nobody gets in, and that is not the client's mistake."""
+        try:
+            return self._door.admit(scope)
+        except SQLAlchemyError:
+            return Refusal(503, "the store does not answer, so no key can be checked; nothing was done, see /readyz")
+
 
 async def _refuse(scope: Scope, receive: Receive, send: Send, refusal: Refusal) -> None:
-    headers = CHALLENGE if refusal.status == 401 else {}
+    headers = CHALLENGE if refusal.status == 401 else {"retry-after": "5"} if refusal.status == 503 else {}
     response = problem_response(refusal.status, refusal.detail, instance=scope["path"], headers=headers)
     if scope["type"] == "websocket":
         await WebSocket(scope, receive, send).send_denial_response(response)

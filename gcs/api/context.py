@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
+from anyio import CapacityLimiter
 from fastapi import Depends, Request
 
 from gcs.api.auth import Actor, actor_of
@@ -12,6 +13,9 @@ from gcs.api.settings import ApiSettings
 from gcs.forecast.dry_runs import DryRuns
 from gcs.ports import Event, FlightControl, Severity
 from gcs.store.store import Store
+
+ORDER_WORKERS = 4  # orders never queue behind requests that wait for a store
+STREAM_WORKERS = 1  # what is said of a tick is made once and shared: a second one would only wait for it
 
 
 @dataclass(frozen=True)
@@ -24,6 +28,8 @@ class ApiContext:
     live: LiveCampaigns
     catalog: Catalog = field(init=False)
     dry_runs: DryRuns = field(default_factory=DryRuns)
+    order_workers: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(ORDER_WORKERS))
+    stream_workers: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(STREAM_WORKERS))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "catalog", Catalog(self.store.campaigns))

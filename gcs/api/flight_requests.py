@@ -4,7 +4,7 @@ import asyncio
 from concurrent.futures import Future
 from typing import Any
 
-from starlette.concurrency import run_in_threadpool
+from anyio.to_thread import run_sync
 
 from gcs.api.context import ApiContext
 from gcs.api.problems import Problem
@@ -15,7 +15,7 @@ DURABLE_S = 0.25  # an order waits for its record so long at most: stopping a dr
 
 async def ask(context: ApiContext, request: OperatorRequest, timeout_s: float) -> RequestOutcome:
     """The outcome; 503 when the flight loop does not answer in time (it may still act: the log will tell)."""
-    future = asyncio.wrap_future(await run_in_threadpool(_submit, context, request))
+    future = asyncio.wrap_future(await run_sync(_submit, context, request, limiter=context.order_workers))
     try:
         # shielded: the flight thread sets the result later, and must not find the future cancelled
         return await asyncio.wait_for(asyncio.shield(future), timeout_s)

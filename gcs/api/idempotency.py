@@ -1,11 +1,13 @@
 """Idempotency-Key: a change that is asked for again under the same key gets the first answer and is done once.
 
 A client that lost the answer (a broken link, a killed server) repeats the request with the same key. The key is
-claimed in the store before the request acts. Where the server died in between nobody knows what came of it: 409 says
+claimed in the store before the request acts, and its answer is in the store before it leaves: who has had an answer
+gets it again, whatever happens to the server. Where the server died in between nobody knows what came of it: 409 says
 so, and nothing is done a second time. Keys belong to who sends them and are kept for a day.
 """
 
 import hashlib
+import logging
 
 from sqlalchemy.exc import SQLAlchemyError
 from starlette.concurrency import run_in_threadpool
@@ -17,6 +19,7 @@ from gcs.api.auth import SAFE_METHODS, actor_of
 from gcs.api.problems import MEDIA_TYPE, problem_response
 from gcs.store.answers import Answer, Answers
 
+logger = logging.getLogger(__name__)
 HEADER = "idempotency-key"
 MAX_KEY = 128
 SECRET_PATHS = "/api/v1/keys"  # noqa: S105  their answers are shown once and never kept
@@ -51,17 +54,22 @@ class Idempotency:
         if known is not None:
             await _again(known, request, scope)(scope, receive, send)
             return
-        heard = _Listener(send)
+        heard = _Listener()
         try:
             await self._app(scope, _replay(messages, receive), heard)
         finally:
             await run_in_threadpool(self._keep, actor, key, heard)
+        await heard.hand_on(send)
 
     def _keep(self, actor: str, key: str, heard: "_Listener") -> None:
-        if heard.status < 500:
-            self._answers.settle(actor, key, heard.status, heard.body.decode())
-        elif heard.status != 503:  # 503: it may still act
-            self._answers.give_up(actor, key)
+        """A store that takes no answer now must not hide what was done: the key stays claimed, and again is a 409."""
+        try:
+            if heard.status < 500:
+                self._answers.settle(actor, key, heard.status, heard.body.decode())
+            elif heard.status != 503:  # 503: it may still act
+                self._answers.give_up(actor, key)
+        except SQLAlchemyError as error:
+            logger.warning("the answer under an Idempotency-Key was not kept: %s", str(error).splitlines()[0])
 
 
 def _may_be_kept(scope: Scope) -> bool:
@@ -70,17 +78,23 @@ def _may_be_kept(scope: Scope) -> bool:
 
 
 class _Listener:
-    """Hands an answer on and remembers it."""
+    """Holds an answer back; answers to changes are small."""
 
-    def __init__(self, send: Send) -> None:
-        self._send, self.status, self.body = send, 500, b""
+    def __init__(self) -> None:
+        self.status, self.body = 500, b""
+        self._messages: list[Message] = []
 
     async def __call__(self, message: Message) -> None:
         if message["type"] == "http.response.start":
             self.status = message["status"]
         elif message["type"] == "http.response.body":
             self.body += message.get("body", b"")
-        await self._send(message)
+        self._messages.append(message)
+
+    async def hand_on(self, send: Send) -> None:
+        """The whole answer, as it was given."""
+        for message in self._messages:
+            await send(message)
 
 
 def _again(known: Answer, request: str, scope: Scope) -> Response:

@@ -50,6 +50,7 @@ class ApiSettings:
     one_time_key: str | None = None
     max_body_bytes: int = 2 * 1024 * 1024
     rate_per_s: float = 500.0  # requests of one address; twice as many in a burst
+    max_streams: int = 100  # clients that follow the stream at a time
     request_timeout_s: float = 5.0  # for the flight loop to take up a request
     command_timeout_s: float = 60.0  # for a vehicle's verdict, repeats included
     dashboard: Path = DASHBOARD

@@ -1,10 +1,12 @@
 """One client of the stream, without its socket: what it asked for, what it was told, what it is to be told now.
 
 There is no queue. Each step takes the newest snapshot and the events after the last one told, so a slow client skips
-snapshots, sees gaps in the events' numbers when it is slower than the tail, and holds up nobody.
+snapshots, sees gaps in the events' numbers when it is slower than the tail, and holds up nobody. What is said of a
+tick is made once, whoever asks: a hundred vehicles for twenty clients would take the flight's share of the processor.
 """
 
 import json
+import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Protocol, cast
@@ -44,30 +46,68 @@ class Statics(Protocol):
     def battery_j(self, campaign_id: str) -> float | None: ...
 
 
+@dataclass
+class Tick:
+    """A snapshot in the stream's words, without users; its texts are made when they are first asked for."""
+
+    message: SnapshotMessage
+    users: list[UserView]
+    _text: str | None = None
+    _told: dict[str, Any] | None = None
+    _changes: dict[int, tuple[dict[str, Any], str]] = field(default_factory=dict)  # by the identity of what was before
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    @property
+    def text(self) -> str:
+        """The whole message as JSON."""
+        with self._lock:
+            self._text = self._text or _json(self.message)
+            return self._text
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """As a client that takes deltas knows it; shared by all of them, never changed."""
+        with self._lock:
+            self._told = self._told or told(self.message)
+            return self._told
+
+    def change(self, before: dict[str, Any] | None) -> str:
+        """What turns ``before``, an earlier tick's :attr:`told`, into this one's."""
+        now = self.told
+        with self._lock:
+            known = self._changes.get(id(before))
+            if known is None or known[0] is not before:
+                text = change_text(before, now)
+                if before is None:
+                    return text
+                self._changes[id(before)] = known = (before, text)  # holds it, so that no other gets its identity
+            return known[1]
+
+
 class SnapshotSource:
     """The newest snapshot in the stream's words, made once a tick however many clients there are."""
 
     def __init__(self, control: FlightControl, tail: EventTail, statics: Statics) -> None:
         self._control, self._tail, self._statics = control, tail, statics
-        self._made_of: tuple[FlightSnapshot, bool] | None = None
-        self._message: SnapshotMessage | None = None
-        self._users: list[UserView] = []
+        self._lock = threading.Lock()
+        self._newest: tuple[FlightSnapshot, bool, Tick] | None = None
 
-    def newest(self) -> tuple[SnapshotMessage, list[UserView]]:
+    def newest(self) -> Tick:
         """The message without users, and the users to add for who has not had them."""
         snapshot, healthy = self._control.snapshot(), self._control.healthy()
-        made_of = self._made_of
-        if self._message is None or made_of is None or made_of[0] is not snapshot or made_of[1] != healthy:
+        with self._lock:
+            newest = self._newest
+            if newest is not None and newest[0] is snapshot and newest[1] == healthy:
+                return newest[2]
             campaign = snapshot.campaign
             frame = None if campaign is None else self._statics.frame(campaign.campaign_id)
             battery_j = None if campaign is None else self._statics.battery_j(campaign.campaign_id)
             verdicts = self._tail.verdicts()
-            self._message = snapshot_message(
-                snapshot, healthy=healthy, frame=frame, verdicts=verdicts, battery_j=battery_j
-            )
-            self._users = [] if campaign is None or campaign.latest is None else user_views(campaign.latest)
-            self._made_of = (snapshot, healthy)
-        return self._message, self._users
+            message = snapshot_message(snapshot, healthy=healthy, frame=frame, verdicts=verdicts, battery_j=battery_j)
+            users = [] if campaign is None or campaign.latest is None else user_views(campaign.latest)
+            tick = Tick(message, users)
+            self._newest = (snapshot, healthy, tick)
+            return tick
 
 
 @dataclass
@@ -90,7 +130,7 @@ class StreamSession:
 
     def hello(self) -> str:
         """The first message."""
-        campaign = self._new_campaign(self.source.newest()[0])
+        campaign = self._new_campaign(self.source.newest().message)
         return _json(
             HelloMessage(
                 version=self.version,
@@ -123,20 +163,20 @@ class StreamSession:
         return topic in self.wish.topics
 
     def _snapshot(self) -> Iterator[str]:
-        message, users = self.source.newest()
-        campaign = self._new_campaign(message)
+        tick = self.source.newest()
+        campaign = self._new_campaign(tick.message)
         if campaign is not None:
             yield _json(CampaignMessage(campaign=campaign))
-        yield self._told(self._with_users(message, users))
+        yield self._told(tick)
 
-    def _told(self, message: SnapshotMessage) -> str:
+    def _told(self, tick: Tick) -> str:
         """Whole, or what changed since the last one."""
+        message = self._with_users(tick)
         if not self.wish.deltas:
             self._base = None
-            return _json(message)
-        before, self._base = self._base, told(message)
-        change = delta(before, self._base)
-        return json.dumps(self._base, separators=(",", ":"), allow_nan=False) if change is None else _json(change)
+            return tick.text if message is tick.message else _json(message)
+        before, self._base = self._base, tick.told  # without users: who is told them once is not told that they went
+        return tick.change(before) if message is tick.message else change_text(before, told(message))
 
     def _new_campaign(self, message: SnapshotMessage) -> CampaignStatic | None:
         campaign_id = None if message.campaign is None else message.campaign.campaign_id
@@ -145,20 +185,27 @@ class StreamSession:
         self._told_campaign = campaign_id
         return self.statics.static(campaign_id)
 
-    def _with_users(self, message: SnapshotMessage, users: list[UserView]) -> SnapshotMessage:
-        campaign = message.campaign
+    def _with_users(self, tick: Tick) -> SnapshotMessage:
+        """For who has not had the users of this slot; else the message that everybody gets."""
+        message, campaign = tick.message, tick.message.campaign
         if campaign is None or campaign.users_slot is None:
             return message
         place = (campaign.campaign_id, campaign.users_slot)
         if place == self._told_users:
             return message
         self._told_users = place
-        return message.model_copy(update={"campaign": campaign.model_copy(update={"users": users})})
+        return message.model_copy(update={"campaign": campaign.model_copy(update={"users": tick.users})})
 
     def _events(self) -> Iterator[str]:
         for numbered in self.tail.since(self._told_event, MAX_EVENTS):
             self._told_event = numbered.sequence
             yield _json(event_message(numbered))
+
+
+def change_text(before: dict[str, Any] | None, now: dict[str, Any]) -> str:
+    """The change as JSON, or all of ``now`` where nothing before fits."""
+    change = delta(before, now)
+    return json.dumps(now, separators=(",", ":"), allow_nan=False) if change is None else _json(change)
 
 
 def _json(message: Message) -> str:

@@ -9,7 +9,8 @@ from pathlib import Path
 from socket import socket
 
 from gcs.api.app import create_app
-from gcs.api.server import open_listener, serving, shown_address
+from gcs.api.listening import open_listener, shown_address
+from gcs.api.server import serving
 from gcs.api.settings import ApiSettings, is_loopback
 from gcs.cli.errors import UsageError
 from gcs.ports import FlightControl

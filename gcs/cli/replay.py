@@ -10,7 +10,8 @@ from typing import Any
 
 from gcs.api.app import create_app
 from gcs.api.idle_control import IdleControl
-from gcs.api.server import ListenError, open_listener, serve, shown_address
+from gcs.api.listening import ListenError, open_listener, shown_address
+from gcs.api.server import serve
 from gcs.api.settings import ApiSettings, is_loopback
 from gcs.cli.errors import UsageError, complain
 from gcs.cli.recordings import KINDS, copy_recording

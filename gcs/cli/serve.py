@@ -1,4 +1,7 @@
-"""``gcs serve``: REST, WebSocket and page in the main thread, the flight loop in its own."""
+"""``gcs serve``: REST, WebSocket and page in the main thread, the flight loop in its own.
+
+The flight comes first: after a crash drones wait for it, and it needs half of what the web side takes to load.
+"""
 
 import argparse
 import secrets
@@ -11,10 +14,9 @@ from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
-from gcs.api.app import create_app
 from gcs.api.idle_control import IdleControl
+from gcs.api.listening import ListenError, Tls, open_listener, shown_address
 from gcs.api.live_users import LiveCampaigns
-from gcs.api.server import ListenError, Tls, open_listener, serve, shown_address
 from gcs.api.settings import ApiSettings, MapTiles, is_loopback
 from gcs.bootstrap import make_loop, make_preparer
 from gcs.cli.errors import complain
@@ -30,6 +32,7 @@ from gcs.store.housekeeper import Housekeeper
 from gcs.store.store import Store, using_store
 
 PROGRAM = "gcs serve"
+SWITCH_S = 0.001  # how long a busy thread keeps the interpreter from the flight; Python's own 5 ms add up over a tick
 ERRORS = (ConfigError, StoreError, ListenError, LinkError)
 
 
@@ -66,6 +69,9 @@ def _serve(config: ServerConfig, store: Store) -> None:
         closing(Housekeeper(store, config.users.keep_places_days)),
         _flight(config, store, live) as flight,
     ):
+        from gcs.api.app import create_app  # noqa: PLC0415 - loads while the drones fly already
+        from gcs.api.server import serve  # noqa: PLC0415
+
         app = create_app(flight, store, settings, live)
         print(f"gcs: open {shown_address(listener, encrypted=tls is not None)}", flush=True)
         if settings.one_time_key is not None:
@@ -93,6 +99,7 @@ def api_settings(config: ServerConfig, store: Store) -> ApiSettings:
         host=config.server.host,
         max_body_bytes=config.server.max_body_kb * 1024,
         rate_per_s=config.server.rate_per_s,
+        max_streams=config.server.max_streams,
         map_tiles=MapTiles(config.map.tiles, config.map.pmtiles, config.map.attribution),
     )
     if store.keys.any_active():
@@ -117,8 +124,10 @@ def _flight(config: ServerConfig, store: Store, live: LiveCampaigns) -> Iterator
     prepare = make_preparer(tuple(config.drones), policy_url=config.policy.url, live=live.enrol)
     link = open_link(config.drones, config.link.library, signing_key=config.link.signing_key)
     clock = RealClock(config.server.speedup)
+    link.flush(clock.now_s())  # a heartbeat: vehicles answer where they hear us, while the rules are being loaded
     loop = make_loop(clock, link, store.journal, prepare)
     Restart(store, loop, clock, prepare, config.server.speedup, live.bring_back).run()
+    sys.setswitchinterval(SWITCH_S)
     thread = threading.Thread(target=loop.run, name="flight", daemon=True)
     thread.start()
     try:

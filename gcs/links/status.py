@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, Final
 
 from gcs.links.modes import ARDUPILOT, PX4, describe_mode
@@ -16,17 +15,24 @@ _MOTORS_BIT: Final = 1 << 15  # MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
 _UNKNOWN_VOLTAGE: Final = 65_535  # UINT16_MAX: not measured
 
 
+def changed(status: VehicleStatus, **values: Any) -> VehicleStatus:
+    """As ``dataclasses.replace``, which takes eight times as long: thirty times a second for each of many vehicles."""
+    made = object.__new__(VehicleStatus)
+    made.__dict__.update(status.__dict__, **values)
+    return made
+
+
 def with_heartbeat(status: VehicleStatus, message: Any, now_s: float) -> VehicleStatus:
     """HEARTBEAT: autopilot, mode, armed."""
     autopilot = _AUTOPILOTS.get(message.autopilot, "unknown")
     mode_name, mode = describe_mode(autopilot, message.custom_mode)
     armed = bool(message.base_mode & _MODE_FLAG_ARMED)
-    return replace(status, autopilot=autopilot, mode=mode, mode_name=mode_name, armed=armed, heartbeat_s=now_s)
+    return changed(status, autopilot=autopilot, mode=mode, mode_name=mode_name, armed=armed, heartbeat_s=now_s)
 
 
 def with_position(status: VehicleStatus, message: Any, measured_s: float) -> VehicleStatus:
     """GLOBAL_POSITION_INT, measured at ``measured_s`` on our clock."""
-    return replace(
+    return changed(
         status,
         lat_deg=message.lat / 1e7,
         lon_deg=message.lon / 1e7,
@@ -38,14 +44,14 @@ def with_position(status: VehicleStatus, message: Any, measured_s: float) -> Veh
 
 
 def _with_attitude(status: VehicleStatus, message: Any) -> VehicleStatus:
-    return replace(status, yaw_rad=message.yaw % (2.0 * math.pi))
+    return changed(status, yaw_rad=message.yaw % (2.0 * math.pi))
 
 
 def _with_sys_status(status: VehicleStatus, message: Any) -> VehicleStatus:
     fraction = None if message.battery_remaining < 0 else message.battery_remaining / 100.0
     volts = None if message.voltage_battery == _UNKNOWN_VOLTAGE else message.voltage_battery / 1e3
     sick = message.onboard_control_sensors_enabled & ~message.onboard_control_sensors_health
-    return replace(
+    return changed(
         status,
         battery_fraction=fraction,
         battery_v=volts,
@@ -55,26 +61,26 @@ def _with_sys_status(status: VehicleStatus, message: Any) -> VehicleStatus:
 
 
 def _with_landed(status: VehicleStatus, message: Any) -> VehicleStatus:
-    return replace(status, landed=_LANDED.get(message.landed_state, Landed.UNKNOWN))
+    return changed(status, landed=_LANDED.get(message.landed_state, Landed.UNKNOWN))
 
 
 def _with_home(status: VehicleStatus, message: Any) -> VehicleStatus:
-    return replace(status, home_lat_deg=message.latitude / 1e7, home_lon_deg=message.longitude / 1e7)
+    return changed(status, home_lat_deg=message.latitude / 1e7, home_lon_deg=message.longitude / 1e7)
 
 
 def _with_version(status: VehicleStatus, message: Any) -> VehicleStatus:
     """AUTOPILOT_VERSION.flight_sw_version: major, minor, patch, and the kind of release in the lowest byte."""
     packed = message.flight_sw_version
-    return replace(status, version=f"{packed >> 24 & 255}.{packed >> 16 & 255}.{packed >> 8 & 255}")
+    return changed(status, version=f"{packed >> 24 & 255}.{packed >> 16 & 255}.{packed >> 8 & 255}")
 
 
 def _with_wind(status: VehicleStatus, message: Any) -> VehicleStatus:
-    return replace(status, wind_mps=message.speed if math.isfinite(message.speed) else None)
+    return changed(status, wind_mps=message.speed if math.isfinite(message.speed) else None)
 
 
 def _with_wind_cov(status: VehicleStatus, message: Any) -> VehicleStatus:
     speed_mps = math.hypot(message.wind_x, message.wind_y)
-    return replace(status, wind_mps=speed_mps if math.isfinite(speed_mps) else None)
+    return changed(status, wind_mps=speed_mps if math.isfinite(speed_mps) else None)
 
 
 UPDATES: Final[dict[str, Callable[[VehicleStatus, Any], VehicleStatus]]] = {

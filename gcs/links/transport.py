@@ -9,6 +9,8 @@ from typing import Protocol
 
 import serial
 
+from gcs.links.datagrams import datagrams_of
+
 RECEIVE_BUFFER_BYTES = 4 << 20  # one frame a datagram from many vehicles overruns the default
 _MAX_DATAGRAM_BYTES = 65_535
 _RECONNECT_S = 1.0
@@ -98,6 +100,7 @@ class UdpTransport:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
+        self._datagrams = datagrams_of(self._socket)
         if listening:
             self._bind(where)
 
@@ -114,7 +117,7 @@ class UdpTransport:
         received: list[tuple[Peer, bytes]] = []
         while True:
             try:
-                data, peer = self._socket.recvfrom(_MAX_DATAGRAM_BYTES)
+                data, peer = self._datagrams.receive()
             except BlockingIOError:
                 return received
             except ConnectionRefusedError:  # an ICMP answer to an earlier datagram: nobody listens there yet
@@ -131,7 +134,7 @@ class UdpTransport:
         """Send one datagram."""
         for target in [peer] if peer is not None else list(self._peers):
             with contextlib.suppress(BlockingIOError, ConnectionRefusedError):
-                self._socket.sendto(data, target)
+                self._datagrams.send(data, target)
 
     def close(self) -> None:
         """Release the port."""

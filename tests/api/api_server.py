@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import httpx
-import uvicorn
 from fake_control import FakeControl
 
 from gcs.api.app import create_app
+from gcs.api.listening import Tls
+from gcs.api.server import make_server
 from gcs.api.settings import ApiSettings
 from gcs.store.keys import Role
 from gcs.store.store import Store
@@ -47,17 +48,17 @@ class Server:
 
 
 @contextmanager
-def serving(store: Store, settings: ApiSettings) -> Iterator[Server]:
-    """Run until the test is over."""
+def serving(store: Store, settings: ApiSettings, tls: Tls | None = None) -> Iterator[Server]:
+    """Run until the test is over, as ``gcs serve`` does."""
     control = FakeControl()
     keys = {role: store.keys.add(role.value, role)[1] for role in Role} if settings.one_time_key is None else {}
     listener = socket.create_server(("127.0.0.1", 0))
     app = create_app(control, store, settings)
-    config = uvicorn.Config(app, log_config=None, ws="websockets-sansio", lifespan="off", timeout_graceful_shutdown=2)
-    server = uvicorn.Server(config)
+    server = make_server(app, tls)
     thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
     thread.start()
-    yield Server(f"http://127.0.0.1:{listener.getsockname()[1]}", control, store, keys, settings)
+    scheme = "http" if tls is None else "https"
+    yield Server(f"{scheme}://127.0.0.1:{listener.getsockname()[1]}", control, store, keys, settings)
     server.should_exit = True
     thread.join(20.0)
     listener.close()

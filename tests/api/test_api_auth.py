@@ -1,12 +1,16 @@
 """Who may do what: over real HTTP, and the table of roles by itself."""
 
+import math
+import time
+
 import httpx
 import pytest
 from api_server import LIVE, SMALL, Server
 
-from gcs.api.app import create_app
+from gcs.api.app import REFUSALS_A_SECOND, create_app
 from gcs.api.auth import needed_role
 from gcs.store.keys import Role
+from gcs.store.reading import EventFilter
 
 OPEN = ("/", "/healthz", "/readyz", "/openapi.json", "/docs")
 READING = ("/api/v1/campaigns", "/api/v1/drones", "/api/v1/events", "/api/v1/missions", "/api/v1/me", "/metrics")
@@ -92,3 +96,14 @@ def test_another_web_page_can_neither_read_nor_fly_a_local_server(local: Server)
         own = client.post("/api/v1/emergency-stop", headers={"origin": local.url, "authorization": "Bearer only-once"})
     assert (rebound.status_code, forged.status_code, own.status_code) == (403, 403, 202)
     assert len(local.control.requests) == 1
+
+
+def test_strangers_cannot_fill_the_log(keyed: Server) -> None:
+    tries, begun_s = 40, time.monotonic()
+    with keyed.client() as stranger:
+        for _ in range(tries):
+            assert stranger.post("/api/v1/emergency-stop").status_code == 401
+    seconds = math.ceil(time.monotonic() - begun_s)
+    assert keyed.store.journal.flush(10.0)
+    refused = [event for event in keyed.store.events.find(EventFilter()) if event.kind == "api.refused"]
+    assert 1 <= len(refused) <= REFUSALS_A_SECOND * (seconds + 1)

@@ -1,11 +1,17 @@
 """The same request twice under one key acts once; too many requests are refused."""
 
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
 import httpx
+import pytest
 from api_server import SMALL, Server
 from hypothesis import given
 from hypothesis import strategies as st
+from sqlalchemy.exc import OperationalError
 
 from gcs.api.rate_limit import Buckets
+from gcs.store.answers import Answers
 
 
 def keyed_post(client: httpx.Client, path: str, key: str, body: object = None) -> httpx.Response:
@@ -40,6 +46,39 @@ def test_a_request_that_a_killed_server_left_open_is_not_done_again(operator: ht
     again = keyed_post(operator, drone[0], "t", drone[1])
     assert (again.status_code, "/api/v1/events" in again.json()["detail"]) == (409, True)
     assert len(keyed.control.requests) == given_before
+
+
+def test_an_answer_leaves_after_it_is_kept(
+    operator: httpx.Client, keyed: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else a server killed in between would have answered, and would know nothing of it when asked again."""
+    reached, may_go_on, keep = threading.Event(), threading.Event(), Answers.settle
+
+    def slow(self: Answers, actor: str, key: str, status: int, body: str) -> None:
+        reached.set()
+        assert may_go_on.wait(10.0)
+        keep(self, actor, key, status, body)
+
+    monkeypatch.setattr(Answers, "settle", slow)
+    with ThreadPoolExecutor(1) as pool:
+        asked = pool.submit(keyed_post, operator, "/api/v1/campaigns", "k", SMALL)
+        assert reached.wait(10.0)
+        with pytest.raises(TimeoutError):
+            asked.result(0.2)
+        may_go_on.set()
+        assert asked.result(10.0).status_code == 201
+
+
+def test_an_answer_that_cannot_be_kept_is_given_all_the_same(
+    operator: httpx.Client, keyed: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def away(*_: object) -> None:
+        raise OperationalError("UPDATE", {}, Exception("the disk is full"))
+
+    monkeypatch.setattr(Answers, "settle", away)
+    assert keyed_post(operator, "/api/v1/emergency-stop", "k").status_code == 202
+    assert keyed_post(operator, "/api/v1/emergency-stop", "k").status_code == 409, "never done twice"
+    assert len(keyed.control.requests) == 1
 
 
 @given(st.lists(st.floats(0.0, 0.5), max_size=60), st.integers(1, 20), st.integers(1, 20))

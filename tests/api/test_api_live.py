@@ -1,5 +1,6 @@
 """Live users: over REST, and the rules of fixes by themselves."""
 
+import json
 from datetime import UTC, datetime, timedelta
 
 import httpx
@@ -8,7 +9,9 @@ import pytest
 from api_server import LIVE, SMALL, Server
 from hypothesis import given
 from hypothesis import strategies as st
+from websockets.sync.client import connect
 
+from gcs.api.bodies import MAX_BATCH, MAX_MESSAGE
 from gcs.api.live_users import Fix, LiveCampaigns, LiveUsers
 from gcs.fleet.ledger import CampaignLedger, FleetState
 from gcs.ports import OperatorRequest, RequestKind
@@ -172,3 +175,17 @@ def test_a_campaign_that_takes_no_live_users(operator: httpx.Client) -> None:
     live_id = operator.post("/api/v1/campaigns", json=LIVE).json()["id"]
     operator.post(f"/api/v1/campaigns/{live_id}/abort")
     assert operator.post(f"/api/v1/campaigns/{live_id}/fixes", json=[good]).status_code == 409
+
+
+def test_a_batch_has_a_largest_size(local: Server) -> None:
+    """Over REST and over the WebSocket; what is above is refused whole."""
+    with local.client() as client:
+        client.headers["authorization"] = "Bearer only-once"
+        path = f"/api/v1/campaigns/{client.post('/api/v1/campaigns', json=LIVE).json()['id']}"
+        one = INSIDE | {"user": "u1", "time": 1_700_000_000}
+        assert client.post(f"{path}/fixes", json=[one] * (MAX_BATCH + 1)).status_code == 422
+        assert client.post(f"{path}/fixes", json=[one] * 10).json()["accepted"] == 1, "nothing of it was taken"
+    url, key = local.url.replace("http", "ws") + f"{path}/reports", {"authorization": "Bearer only-once"}
+    with connect(url, additional_headers=key, proxy=None) as phone:
+        phone.send(json.dumps({"type": "fixes", "number": 1, "fixes": [one] * (MAX_MESSAGE + 1)}))
+        assert json.loads(phone.recv(WAIT_S))["status"] == 422

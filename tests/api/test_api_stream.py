@@ -2,16 +2,24 @@
 
 import json
 import socket
+import time
+from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
-from api_server import Server
+from api_server import LIVE, Server, serving
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
+from gcs.api.routes import stream as stream_route
+from gcs.api.routes.reports_socket import MESSAGES_PER_S
+from gcs.api.server import MAX_CLIENT_MESSAGE_BYTES
+from gcs.api.settings import ApiSettings
 from gcs.ports import Event
 from gcs.store.keys import Role
+from gcs.store.store import Store
 
 WAIT_S = 10.0
 HTTP_METRIC = "gcs_stream_clients"
@@ -99,3 +107,65 @@ def test_streams_are_counted(local: Server) -> None:
     with connect(local.stream_url, proxy=None) as stream, local.client() as client:
         receive(stream, "hello")
         assert f"{HTTP_METRIC} 1.0" in client.get("/metrics").text
+
+
+def test_a_message_above_the_limit_closes_the_connection_and_one_below_does_not(local: Server) -> None:
+    with connect(local.stream_url, proxy=None) as stream:
+        stream.send("x" * (MAX_CLIENT_MESSAGE_BYTES - 100))
+        assert receive(stream, "problem")
+        stream.send("x" * (MAX_CLIENT_MESSAGE_BYTES + 1))
+        with pytest.raises(ConnectionClosed) as closed:
+            receive(stream, "no such message")
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == 1009
+
+
+def test_a_client_that_talks_without_end_is_closed(local: Server) -> None:
+    """Each message wakes its session, so a talkative one would cost the server as much as it likes."""
+    with connect(local.stream_url + "?topics=events", proxy=None) as stream:
+        try:
+            for _ in range(int(4 * stream_route.MESSAGES_PER_S)):
+                stream.send(json.dumps({"type": "subscribe", "rate_hz": 1, "topics": ["events"]}))
+        except ConnectionClosed:
+            pass  # it did not wait for the last one
+        with pytest.raises(ConnectionClosed) as closed:
+            receive(stream, "no such message")
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == 1008
+
+
+def test_the_stream_has_so_many_seats_and_they_come_free(server_store: Store, tmp_path: Path) -> None:
+    settings = ApiSettings(host="127.0.0.1", one_time_key="k", dashboard=tmp_path / "none", max_streams=2)
+    with serving(server_store, settings) as server:
+        with connect(server.stream_url, proxy=None) as first, connect(server.stream_url, proxy=None) as second:
+            assert receive(first, "hello")
+            assert receive(second, "hello")
+            with pytest.raises(InvalidStatus) as refused, connect(server.stream_url, proxy=None):
+                pass
+            assert refused.value.response.status_code == 503
+            assert "max_streams" in json.loads(refused.value.response.body or b"{}")["detail"]
+        until_s = time.monotonic() + WAIT_S
+        while True:
+            try:
+                with connect(server.stream_url, proxy=None) as again:
+                    assert receive(again, "hello")
+                break
+            except InvalidStatus:  # the server has not heard yet that the others left
+                assert time.monotonic() < until_s
+
+
+def test_a_phone_that_reports_too_often_is_told_and_closed(keyed: Server, operator: httpx.Client) -> None:
+    live = operator.post("/api/v1/campaigns", json=LIVE).json()["id"]
+    url = keyed.stream_url.replace("/stream", f"/campaigns/{live}/reports")
+    fix = {"user": "u1", "lat_deg": 40.4253, "lon_deg": -86.92, "time": 1_700_000_000}
+    with connect(url, additional_headers=bearer(keyed, Role.REPORTER), proxy=None) as phone:
+        try:
+            for number in range(int(4 * MESSAGES_PER_S)):
+                phone.send(json.dumps({"type": "fixes", "number": number, "fixes": [fix]}))
+        except ConnectionClosed:
+            pass
+        assert receive(phone, "problem")["status"] == 429
+        with pytest.raises(ConnectionClosed) as closed:
+            receive(phone, "no such message")
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == 1008

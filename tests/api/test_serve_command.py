@@ -87,6 +87,14 @@ def test_a_server_flies_nothing_without_drones_keeps_its_records_and_ends_cleanl
         assert [event.kind for event in store.events.find(EventFilter())] == ["campaign.created", "api.start"]
 
 
+def test_the_flight_does_not_wait_for_the_web_side_to_load() -> None:
+    """After a crash drones hang in the air: what only the web side needs is loaded beside the flight."""
+    heavy = ("fastapi", "starlette", "uvicorn", "alembic", "jinja2", "pygal", "httpx", "torch")
+    code = f"import sys, gcs.cli.serve; print([n for n in {heavy} if n in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.strip() == "[]"
+
+
 def test_a_port_in_use_is_one_line(run: Callable[..., Ended], tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]

@@ -144,9 +144,9 @@ def test_what_is_not_understood_is_told_and_changes_nothing(text: str) -> None:
 
 def test_a_snapshot_is_made_once_a_tick_however_many_clients_there_are() -> None:
     client = Client()
-    first, _ = client.source.newest()
-    assert client.source.newest()[0] is first
+    first = client.source.newest()
+    assert client.source.newest() is first
     client.control.tick()
-    assert client.source.newest()[0] is not first
+    assert client.source.newest() is not first
     client.control.late = True
-    assert client.source.newest()[0].healthy is False
+    assert client.source.newest().message.healthy is False

@@ -52,7 +52,8 @@ def watched_flight() -> Iterator[tuple["Relay", httpx.Client]]:
     """Mock drones, a server that hears them through the relay, and an operator's client."""
     with ExitStack() as stack:
         relay = stack.enter_context(Relay(_start_mock(stack)))
-        base, key = _start_server(stack, relay.addresses)
+        folder = stack.enter_context(tempfile.TemporaryDirectory())
+        base, key, _ = _start_server(stack, relay.addresses, f"sqlite:///{folder}/bench.db")
         headers = {"Authorization": f"Bearer {key}"}
         yield relay, stack.enter_context(httpx.Client(base_url=base, headers=headers, timeout=10))
 
@@ -92,6 +93,11 @@ class Relay:
         stamps = [stamp for stamp in self.stamps[0] if stamp >= begun_s]
         return [later - earlier for earlier, later in pairwise(stamps)]
 
+    def note(self, index: int, data: bytes, *, from_server: bool) -> None:
+        """One datagram goes by."""
+        if from_server and len(data) > 10 and data[0] == 0xFD and int.from_bytes(data[7:10], "little") == SETPOINT_ID:
+            self.stamps[index].append(time.perf_counter())
+
     def _run(self) -> None:
         while self._open:
             for key, _ in self._selector.select(0.2):
@@ -100,10 +106,9 @@ class Relay:
                     data, peer = key.fileobj.recvfrom(4096)  # type: ignore[union-attr]
                 except ConnectionRefusedError:
                     continue
+                self.note(index, data, from_server=from_server)
                 if from_server:
                     self._peers[index] = peer
-                    if len(data) > 10 and data[0] == 0xFD and int.from_bytes(data[7:10], "little") == SETPOINT_ID:
-                        self.stamps[index].append(time.perf_counter())
                     other.send(data)
                 elif index in self._peers:
                     other.sendto(data, self._peers[index])
@@ -135,9 +140,9 @@ def _launch_home() -> str:
     return f"{lat:.7f},{lon:.7f},100"
 
 
-def _start_server(stack: ExitStack, ports: list[int]) -> tuple[str, str]:
-    folder = stack.enter_context(tempfile.TemporaryDirectory())
-    command = [sys.executable, "-m", "gcs", "serve", "--port", "0", "--store", f"sqlite:///{folder}/bench.db"]
+def _start_server(stack: ExitStack, ports: list[int], store: str) -> tuple[str, str, int]:
+    """Its address, operator key and process id."""
+    command = [sys.executable, "-m", "gcs", "serve", "--port", "0", "--store", store]
     for index, port in enumerate(ports):
         command += ["--drone", f"{index + 1}=udpout:127.0.0.1:{port}"]
     process = stack.enter_context(subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True))
@@ -151,7 +156,7 @@ def _start_server(stack: ExitStack, ports: list[int]) -> tuple[str, str]:
         base = found[1] if (found := re.search(r"(http://\S+?)/?\s*$", line)) else base
         key = found[1] if (found := re.search(r"operator key.*: (\S+)", line)) else key
     threading.Thread(target=process.stdout.read, daemon=True).start()
-    return base, key
+    return base, key, process.pid
 
 
 def start_campaign(client: httpx.Client) -> str:

@@ -159,6 +159,22 @@ def test_a_campaign_from_the_pads_to_the_pads(autopilot: str) -> None:
     assert flight.planner.closed
 
 
+def test_what_every_drone_was_told_in_every_slot_is_kept() -> None:
+    flight = Flight()
+    flight.fly()
+    kept = flight.journal.setpoints
+    assert sorted(kept) == list(range(SLOTS + 2)), "before the first slot, in each, and on the way home"
+    for slot in range(1, SLOTS + 1):
+        assert [line.system_id for line in kept[slot]] == [1, 2]
+        for line in kept[slot]:
+            assert line.sent == pytest.approx(150, abs=2), "10 Hz for 15 s"
+            assert line.longest_gap_s < 0.2
+            assert 0.0 < line.top_speed_mps < 20.0
+    on_the_wire = [len(vehicle.setpoint_times_s) for vehicle in flight.vehicles]
+    in_the_books = [sum(line.sent for lines in kept.values() for line in lines if line.system_id == i) for i in (1, 2)]
+    assert in_the_books == on_the_wire, "every setpoint is in one summary"
+
+
 def test_slots_end_where_the_decision_says() -> None:
     flight = Flight()
     flight.fly()

@@ -16,8 +16,9 @@ from phones import Crowd, Phone, Send
 from websockets.sync.client import connect
 
 from gcs.api.app import create_app
+from gcs.api.listening import open_listener
 from gcs.api.live_users import LiveCampaigns
-from gcs.api.server import open_listener, serving
+from gcs.api.server import serving
 from gcs.api.settings import ApiSettings
 from gcs.bootstrap import make_loop, make_preparer
 from gcs.ports import CampaignState, OperatorRequest, RequestKind

@@ -27,7 +27,8 @@ from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
 from gcs.api.app import create_app
-from gcs.api.server import open_listener, serving, shown_address
+from gcs.api.listening import open_listener, shown_address
+from gcs.api.server import serving
 from gcs.api.settings import ApiSettings
 from gcs.bootstrap import make_loop, make_preparer
 from gcs.cli.mock_fleet import MockFleet, MockOptions, free_udp_ports, mock_fleet

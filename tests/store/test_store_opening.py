@@ -4,12 +4,16 @@ import gc
 from pathlib import Path
 
 import pytest
+from alembic import command
 from alembic.autogenerate import compare_metadata
+from alembic.config import Config
 from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
 from sqlalchemy import text
 
 from gcs.store.engine import StoreError, open_engine
 from gcs.store.keys import Role
+from gcs.store.migrate import MIGRATIONS, NEWEST
 from gcs.store.models import Base
 from gcs.store.store import Store, open_store
 
@@ -17,6 +21,28 @@ from gcs.store.store import Store, open_store
 def test_the_migrations_make_what_the_models_say(store: Store) -> None:
     with store.engine.connect() as connection:
         assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
+
+
+def test_the_newest_revision_is_the_one_that_is_left_alone() -> None:
+    """A new migration that NEWEST does not name would never run on a store that was opened before."""
+    config = Config()
+    config.set_main_option("script_location", str(MIGRATIONS))
+    assert ScriptDirectory.from_config(config).get_current_head() == NEWEST
+
+
+def test_a_store_of_an_older_version_is_brought_up(store_url: str) -> None:
+    opened = open_store(store_url)
+    with opened.engine.begin() as connection:
+        config = Config()
+        config.set_main_option("script_location", str(MIGRATIONS))
+        config.attributes["connection"] = connection
+        command.downgrade(config, "-1")
+    opened.close()
+    again = open_store(store_url)
+    with again.engine.connect() as connection:
+        assert connection.execute(text("SELECT version_num FROM alembic_version")).scalar() == NEWEST
+        assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
+    again.close()
 
 
 def test_opening_again_keeps_what_is_there(store_url: str) -> None:

@@ -2,13 +2,15 @@
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Path, Request, Response
+from pydantic import TypeAdapter
 
 from gcs.api.bodies import CommandBody, Taken, VerdictBody
 from gcs.api.context import ApiContext, Context, Who
 from gcs.api.flight_requests import ask, ask_or_conflict
 from gcs.api.problems import Problem
 from gcs.api.schemas import VehicleView
+from gcs.api.stream_session import SnapshotSource
 from gcs.api.views import vehicle_view
 from gcs.ports import (
     CommandKind,
@@ -25,10 +27,14 @@ router = APIRouter(tags=["drones"])
 SystemId = Annotated[int, Path(ge=1, le=255)]
 
 
-@router.get("/drones")
-def drones(context: Context) -> list[VehicleView]:
+VEHICLES: TypeAdapter[list[VehicleView]] = TypeAdapter(list[VehicleView])
+
+
+@router.get("/drones", response_model=list[VehicleView])
+def drones(request: Request) -> Response:
     """Every vehicle ever heard, with the age of what is known."""
-    return [_view(context, vehicle) for vehicle in context.control.snapshot().vehicles]
+    source: SnapshotSource = request.app.state.snapshots
+    return Response(VEHICLES.dump_json(source.newest().message.vehicles), media_type="application/json")
 
 
 @router.get("/drones/{sysid}")

@@ -1,24 +1,53 @@
 """WS /api/v1/stream: the thin shell around a StreamSession."""
 
 import asyncio
+import time
+from dataclasses import dataclass
 from typing import Annotated
 
+from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query, WebSocket
-from starlette.concurrency import run_in_threadpool
 from starlette.websockets import WebSocketDisconnect, WebSocketState
 
 from gcs.api.auth import SUBPROTOCOL, actor_of
 from gcs.api.context import ApiContext
+from gcs.api.problems import problem_response
+from gcs.api.rate_limit import Buckets
 from gcs.api.schemas import Subscribe, Topic
 from gcs.api.stream_session import StreamSession
 
 router = APIRouter()
 SEND_TIMEOUT_S = 20.0  # a client that takes nothing for so long is gone
+POLICY_VIOLATION = 1008
 TRY_AGAIN_LATER = 1013
+MESSAGES_PER_S = 10.0  # of one client, twice as many at once: each wakes its session
+
+
+@dataclass
+class Seats:
+    """How many clients the stream has room for; of the event loop's thread only."""
+
+    number: int
+    _taken: int = 0
+
+    def take(self) -> bool:
+        """False when there is no room."""
+        if self._taken >= self.number:
+            return False
+        self._taken += 1
+        return True
+
+    def give_back(self) -> None:
+        """A client left."""
+        self._taken -= 1
 
 
 class _Gone(Exception):  # noqa: N818 an ordinary end
-    """The client left."""
+    """The client left, or talks too much (``code``)."""
+
+    def __init__(self, code: int = TRY_AGAIN_LATER) -> None:
+        super().__init__(code)
+        self.code = code
 
 
 @router.websocket("/stream")
@@ -28,23 +57,36 @@ async def stream(
     topics: Annotated[list[Topic] | None, Query(max_length=2)] = None,
 ) -> None:
     """Hello, then snapshots and events at the client's rate until it leaves."""
+    seats: Seats = socket.app.state.seats
+    if not seats.take():
+        detail = f"{seats.number} clients follow the stream, which is as many as it takes ([server] max_streams)"
+        await socket.send_denial_response(problem_response(503, detail, instance=socket.url.path))
+        return
+    try:
+        await _serve(socket, rate_hz, topics)
+    finally:
+        seats.give_back()
+
+
+async def _serve(socket: WebSocket, rate_hz: float, topics: list[Topic] | None) -> None:
     wish = Subscribe(type="subscribe", rate_hz=rate_hz, topics=topics or ["snapshot", "events"])
     session = _session(socket, wish)
     offered = socket.scope.get("subprotocols", [])
     await socket.accept(SUBPROTOCOL if SUBPROTOCOL in offered else None)
     gauge = socket.app.state.stream_clients
     gauge.inc()
+    code = TRY_AGAIN_LATER
     try:
         async with asyncio.TaskGroup() as group:
             changed = asyncio.Event()
             group.create_task(_listen(socket, session, changed))
             group.create_task(_tell(socket, session, changed))
-    except* _Gone:
-        pass
+    except* _Gone as ended:
+        code = max(gone.code for gone in ended.exceptions if isinstance(gone, _Gone))
     finally:
         gauge.dec()
         if socket.application_state is not WebSocketState.DISCONNECTED:
-            await _close(socket)
+            await _close(socket, code)
 
 
 def _session(socket: WebSocket, wish: Subscribe) -> StreamSession:
@@ -60,10 +102,13 @@ def _session(socket: WebSocket, wish: Subscribe) -> StreamSession:
 
 
 async def _listen(socket: WebSocket, session: StreamSession, changed: asyncio.Event) -> None:
+    buckets = Buckets(MESSAGES_PER_S, 2.0 * MESSAGES_PER_S)
     while True:
         message = await socket.receive()
         if message["type"] == "websocket.disconnect":
             raise _Gone
+        if buckets.take("", time.monotonic()) > 0.0:
+            raise _Gone(POLICY_VIOLATION)
         answer = session.hear(message.get("text") or "")
         if answer is not None:
             await _send(socket, answer)
@@ -72,10 +117,11 @@ async def _listen(socket: WebSocket, session: StreamSession, changed: asyncio.Ev
 
 async def _tell(socket: WebSocket, session: StreamSession, changed: asyncio.Event) -> None:
     """A new campaign's mission may have to be read from the store, so steps are made beside the event loop."""
-    await _send(socket, await run_in_threadpool(session.hello))
+    context: ApiContext = socket.app.state.context
+    await _send(socket, await run_sync(session.hello, limiter=context.stream_workers))
     while True:
         changed.clear()
-        for text in await run_in_threadpool(lambda: list(session.step())):
+        for text in await run_sync(lambda: list(session.step()), limiter=context.stream_workers):
             await _send(socket, text)
         await _wait(changed, 1.0 / session.wish.rate_hz)
 
@@ -96,8 +142,8 @@ async def _send(socket: WebSocket, text: str) -> None:
         raise _Gone from error
 
 
-async def _close(socket: WebSocket) -> None:
+async def _close(socket: WebSocket, code: int) -> None:
     try:
-        await socket.close(TRY_AGAIN_LATER)
+        await socket.close(code)
     except (WebSocketDisconnect, RuntimeError):
         return

@@ -1,0 +1,76 @@
+"""Datagrams by libc and by the socket mean the same: what comes, from whom, and what goes wrong."""
+
+import socket
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from gcs.links.datagrams import Datagrams, HeldDatagrams, datagrams_of
+
+KINDS = [Datagrams, *([HeldDatagrams] if sys.platform == "linux" else [])]
+
+
+def bound() -> socket.socket:
+    made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    made.setblocking(False)
+    made.bind(("127.0.0.1", 0))
+    return made
+
+
+@pytest.fixture
+def pair() -> Iterator[tuple[socket.socket, socket.socket]]:
+    with bound() as one, bound() as other:
+        yield one, other
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("data", [b"", b"\x00", b"\xfd" * 280, bytes(range(256)) * 200])
+def test_what_is_sent_is_received_with_its_sender(
+    kind: type[Datagrams], data: bytes, pair: tuple[socket.socket, socket.socket]
+) -> None:
+    one, other = kind(pair[0]), kind(pair[1])
+    one.send(data, pair[1].getsockname())
+    one.send(b"next", pair[1].getsockname())
+    assert other.receive() == (data, pair[0].getsockname())
+    assert other.receive() == (b"next", pair[0].getsockname())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_nothing_waiting_is_told_as_the_socket_tells_it(
+    kind: type[Datagrams], pair: tuple[socket.socket, socket.socket]
+) -> None:
+    with pytest.raises(BlockingIOError):
+        kind(pair[0]).receive()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_datagram_that_is_too_large_or_a_closed_socket_is_an_error(kind: type[Datagrams]) -> None:
+    with bound() as own:
+        calls = kind(own)
+        with pytest.raises(OSError, match="too long"):
+            calls.send(bytes(70_000), own.getsockname())
+        where = own.getsockname()
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        calls.send(b"late", where)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_nobody_listening_is_told_once_and_the_socket_goes_on(
+    kind: type[Datagrams], pair: tuple[socket.socket, socket.socket]
+) -> None:
+    """The kernel's word about an earlier datagram; on loopback it is there at once."""
+    own = pair[0]
+    gone = pair[1].getsockname()
+    pair[1].close()
+    own.connect(gone)  # only a connected socket is told
+    calls = kind(own)
+    calls.send(b"anybody?", gone)
+    with pytest.raises(ConnectionRefusedError):
+        calls.receive()
+    with pytest.raises(BlockingIOError):
+        calls.receive()
+
+
+def test_linux_gets_the_calls_that_keep_hold_of_the_interpreter(pair: tuple[socket.socket, socket.socket]) -> None:
+    assert isinstance(datagrams_of(pair[0]), HeldDatagrams) == (sys.platform == "linux")
