@@ -32,7 +32,7 @@ WORKDIR /data
 VOLUME /data
 EXPOSE 8080
 HEALTHCHECK --interval=10s --timeout=3s --start-period=90s \
-    CMD python -c "import urllib.request as r; r.urlopen('http://127.0.0.1:8080/healthz', timeout=2)"
+    CMD ["python", "-c", "import urllib.request as r; r.urlopen('http://127.0.0.1:8080/healthz', timeout=2)"]
 # Outside loopback the server refuses to start without keys: make the first one with `gcs keys add`.
 ENTRYPOINT ["gcs"]
 CMD ["serve", "--host", "0.0.0.0", "--port", "8080"]

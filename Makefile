@@ -36,6 +36,7 @@ lint: $(VENV)/.dev leaks
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/hadolint Dockerfile
 
 leaks: $(VENV)/.dev  ## look for keys and passwords in what git keeps; mark a false alarm with "pragma: allowlist secret"
 	@if git rev-parse --is-inside-work-tree >/dev/null 2>&1; then \

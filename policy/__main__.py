@@ -8,6 +8,7 @@ from policy.agents.registry import UnknownPolicyError
 from policy.cli import evaluate, serve, tables, train
 from policy.cli.arguments import USAGE_ERROR, CommandError, Parser
 from policy.cli.completion import add_completion
+from policy.cli.version import add_version
 from policy.evaluation.files import OutputError
 from policy.mission_file import MissionError
 from policy.model.checkpoint_error import CheckpointError
@@ -18,6 +19,7 @@ INTERRUPTED = 130
 def parser() -> Parser:
     """All commands."""
     options = Parser(prog="policy", description="Evaluate, train and serve policies of UAV crowdsensing missions.")
+    add_version(options)
     commands = options.add_subparsers(metavar="COMMAND", required=True, parser_class=Parser)
     for command in (evaluate, train, tables, serve):
         command.add_parser(commands)

@@ -8,6 +8,7 @@ import socket
 import sys
 from contextlib import ExitStack, closing
 from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, version
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
@@ -99,9 +100,17 @@ def _key(text: str) -> bytes:
     return key
 
 
+def _version() -> str:
+    try:
+        return version("uav-crowdsensing")
+    except PackageNotFoundError:
+        return "unknown"
+
+
 def parser() -> argparse.ArgumentParser:
     """All options."""
     options = _Parser(prog="sitl-mock", description="Mock MAVLink autopilots with real motion, for tests and demos.")
+    options.add_argument("--version", action="version", version=f"%(prog)s {_version()}")
     shtab.add_argument_to(options, "--print-completion", help="print a completion script for this shell")
     add = options.add_argument
     add("--count", type=_whole(1, MAX_COUNT), default=1, help="vehicles, system ids 1..N (default 1)")

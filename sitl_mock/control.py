@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import queue
 import threading
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from math import isfinite
@@ -142,11 +143,12 @@ def _handler(calls: queue.SimpleQueue[_Call]) -> type[BaseHTTPRequestHandler]:
 
         def _say(self, reply: Reply) -> None:
             data = json.dumps(reply.body).encode() + b"\n"
-            self.send_response(reply.status)
-            self.send_header("Content-Type", "application/json")
-            self.send_header("Content-Length", str(len(data)))
-            self.end_headers()
-            self.wfile.write(data)
+            with suppress(ConnectionError):  # who asked has gone, as a health check does that waited long enough
+                self.send_response(reply.status)
+                self.send_header("Content-Type", "application/json")
+                self.send_header("Content-Length", str(len(data)))
+                self.end_headers()
+                self.wfile.write(data)
 
         do_GET = do_POST = do_DELETE = _pass_on  # noqa: N815 - the names that http.server calls
 

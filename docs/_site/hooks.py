@@ -5,6 +5,7 @@ MkDocs calls ``on_files`` (https://www.mkdocs.org/user-guide/plugins/#events).
 
 import argparse
 import importlib
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -68,9 +69,13 @@ def commands_page() -> str:
 def executed(notebook: Path) -> dict[str, Any]:
     """Run now, so that its answers are those of the results that are shipped; a cell that fails fails the site."""
     cells = nbformat.read(notebook, as_version=4)
-    kernel = KernelManager(kernel_name="python3", transport="ipc")
     place = {"metadata": {"path": str(DOCS.parent)}}
-    nbclient.NotebookClient(cells, km=kernel, timeout=300, resources=place).execute()
+    with tempfile.TemporaryDirectory() as sockets:
+        kernel = KernelManager(kernel_name="python3", transport="ipc", ip=f"{sockets}/kernel")
+        try:
+            nbclient.NotebookClient(cells, km=kernel, timeout=300, resources=place).execute()
+        finally:
+            kernel.shutdown_kernel(now=True)  # the client leaves a kernel that it was given running
     return dict(cells)
 
 

@@ -11,7 +11,7 @@ from rich.console import Console
 
 from gcs.api.settings import DASHBOARD, is_loopback
 from gcs.cli.errors import complain
-from gcs.cli.serve import with_options
+from gcs.cli.server_options import with_options
 from gcs.config import ConfigError, ServerConfig, load_config
 from gcs.doctor.finding import Finding, Grade
 from gcs.doctor.fleet import LISTEN_S, check_fleet, check_policy_service

@@ -21,8 +21,9 @@ from gcs.api.settings import ApiSettings, MapTiles, is_loopback
 from gcs.bootstrap import make_loop, make_preparer
 from gcs.cli.errors import complain
 from gcs.cli.restart import Restart, close
+from gcs.cli.server_options import with_options
 from gcs.clock import RealClock
-from gcs.config import ConfigError, ServerConfig, check_config, load_config
+from gcs.config import ConfigError, ServerConfig, load_config
 from gcs.links.opening import open_link
 from gcs.links.transport import LinkError
 from gcs.ports import FlightControl
@@ -58,24 +59,6 @@ def run_serve(args: argparse.Namespace) -> int:
     except ERRORS as error:
         return complain(PROGRAM, error)
     return 0
-
-
-def with_options(config: ServerConfig, args: argparse.Namespace) -> ServerConfig:
-    """Options win over the file."""
-    server = {name: value for name in ("host", "port", "speedup") if (value := getattr(args, name)) is not None}
-    document = config.model_dump()
-    document["server"] |= server
-    document["drones"] |= dict(_drone(text) for text in args.drone)
-    if args.store is not None:
-        document["store"]["url"] = args.store
-    return check_config(document, "options")
-
-
-def _drone(text: str) -> tuple[str, str]:
-    system_id, equals, address = text.partition("=")
-    if not equals or not address:
-        raise ConfigError(f"--drone {text}: should be SYSID=ADDRESS, such as 1=udpout:127.0.0.1:14540")
-    return system_id, address
 
 
 def _serve(config: ServerConfig, store: Store) -> None:

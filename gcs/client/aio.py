@@ -35,7 +35,7 @@ class AsyncClient:
         self.url = url.rstrip("/")
         self._key = key
         self._http = httpx.AsyncClient(
-            base_url=self.url, headers=calls.headers(key), timeout=timeout_s, transport=transport
+            base_url=self.url, headers=calls.headers(key), timeout=calls.timeouts(timeout_s), transport=transport
         )
 
     async def __aenter__(self) -> Self:
@@ -104,6 +104,20 @@ class AsyncClient:
         """A point a finished slot, without users."""
         return await self._get(list[models.SeriesPoint], f"/api/v1/campaigns/{campaign_id}/series")
 
+    async def recording(self, campaign_id: str) -> models.RecordingView:
+        """Area, state and log of a campaign with its slots' range; 409 when no slot was recorded."""
+        return await self._get(models.RecordingView, f"/api/v1/campaigns/{campaign_id}/recording")
+
+    async def recorded_slots(self, campaign_id: str, first: int = 0, limit: int = 60) -> models.SlotsPage:
+        """Slots with everybody's places from number ``first`` on; the rest with ``first=page.next_first``."""
+        path = f"/api/v1/campaigns/{campaign_id}/recording/slots"
+        return await self._get(models.SlotsPage, path, first=first, limit=limit)
+
+    async def recorded_telemetry(self, campaign_id: str, first: int = 0, limit: int = 1000) -> models.TelemetryPage:
+        """What all vehicles said, from sample number ``first`` on."""
+        path = f"/api/v1/campaigns/{campaign_id}/recording/telemetry"
+        return await self._get(models.TelemetryPage, path, first=first, limit=limit)
+
     async def explanation(self, campaign_id: str) -> models.ExplanationView:
         """Why the policy chose what is being flown."""
         return await self._get(models.ExplanationView, f"/api/v1/campaigns/{campaign_id}/explanation")
@@ -116,6 +130,12 @@ class AsyncClient:
         """Receipts of successful uploads: ``user``, ``time``, if known ``uploaded_mb``."""
         return await self._post(models.UploadsTaken, f"/api/v1/campaigns/{campaign_id}/uploads", calls.rows(receipts))
 
+    async def send_departures(self, campaign_id: str, users: Sequence[Mapping[str, Any]]) -> models.DeparturesTaken:
+        """Users who leave (``user``, ``time``): they take no part from the next slot on, their places are forgotten."""
+        return await self._post(
+            models.DeparturesTaken, f"/api/v1/campaigns/{campaign_id}/departures", calls.rows(users)
+        )
+
     # Dry runs
 
     async def begin_dry_run(self, mission: calls.MissionLike, policy: str | None = None) -> models.DryRunView:
@@ -125,6 +145,14 @@ class AsyncClient:
     async def dry_run(self, dry_run_id: str) -> models.DryRunView:
         """How far it is, and its forecast when it is done."""
         return await self._get(models.DryRunView, f"/api/v1/dry-runs/{dry_run_id}")
+
+    async def dry_runs(self) -> list[models.DryRunView]:
+        """Newest first; the last few are kept until the server ends."""
+        return await self._get(list[models.DryRunView], "/api/v1/dry-runs")
+
+    async def forecast(self, campaign_id: str) -> models.DryRunView:
+        """The newest finished dry run of exactly this campaign's mission; 404 when there is none."""
+        return await self._get(models.DryRunView, f"/api/v1/campaigns/{campaign_id}/forecast")
 
     async def cancel_dry_run(self, dry_run_id: str) -> models.DryRunView:
         """End it."""
@@ -159,6 +187,14 @@ class AsyncClient:
         """Take the latch off."""
         return await self._post(models.Taken, "/api/v1/emergency-stop/reset")
 
+    async def emergency_stop_one(self, system_id: int) -> models.Taken:
+        """One vehicle stops where it is, latched until it is reset; the others go on."""
+        return await self._post(models.Taken, f"/api/v1/drones/{system_id}/emergency-stop")
+
+    async def reset_emergency_stop_one(self, system_id: int) -> models.Taken:
+        """Take the latch of one vehicle off."""
+        return await self._post(models.Taken, f"/api/v1/drones/{system_id}/emergency-stop/reset")
+
     # What is at hand, the log, keys
 
     async def missions(self) -> list[models.MissionView]:
@@ -172,6 +208,16 @@ class AsyncClient:
     async def policies(self) -> list[models.PolicyView]:
         """Policies at hand, with their models."""
         return await self._get(list[models.PolicyView], "/api/v1/policies")
+
+    async def map_background(self) -> models.MapView:
+        """What lies under the page's map."""
+        return await self._get(models.MapView, "/api/v1/map")
+
+    async def map_tiles(self, offset: int = 0, length: int | None = None) -> bytes:
+        """Bytes of the PMTiles file that the server hands out, to its end without ``length``; 404 when it has none."""
+        last = "" if length is None else offset + length - 1
+        headers = {"range": f"bytes={offset}-{last}"}
+        return (await self._send("GET", "/api/v1/map/tiles.pmtiles", headers=headers)).content
 
     async def events(
         self,
@@ -213,6 +259,10 @@ class AsyncClient:
     async def readiness(self) -> models.Readiness:
         """Whether the flight loop ticks and the store takes records; ``problems`` says what is not well."""
         return calls.parse(models.Readiness, await self._send("GET", "/readyz", good=frozenset({200, 503})))
+
+    async def liveness(self) -> models.Liveness:
+        """The process answers."""
+        return await self._get(models.Liveness, "/healthz")
 
     # Stream
 
@@ -257,14 +307,15 @@ class AsyncClient:
         *,
         query: Mapping[str, Any] | None = None,
         body: Any = None,
+        headers: Mapping[str, str] | None = None,
         good: frozenset[int] = frozenset(),
     ) -> httpx.Response:
-        once = {} if method == "GET" else calls.idempotency()
+        headers = {**(headers or {}), **({} if method == "GET" else calls.idempotency())}
         for attempt in range(calls.RETRIES):
             last = attempt == calls.RETRIES - 1
             response = None
             try:
-                response = await self._http.request(method, path, params=query, json=body, headers=once)
+                response = await self._http.request(method, path, params=query, json=body, headers=headers)
             except httpx.TransportError as error:
                 if last:
                     raise UnreachableError(f"{self.url}: {error or type(error).__name__}") from error

@@ -13,6 +13,7 @@ from gcs.client import models
 
 T = TypeVar("T")
 TIMEOUT_S = 70.0  # a vehicle's own verdict may take a minute
+CONNECT_TIMEOUT_S = 5.0  # a server that is not there must not keep a caller with an emergency waiting
 RETRIES = 3
 RETRY_AFTER_S = 0.5  # doubled each time, unless the server names a time
 MAX_WAIT_S = 10.0
@@ -33,6 +34,11 @@ MissionLike = str | Mapping[str, Any]
 def headers(key: str | None) -> dict[str, str]:
     """For every request."""
     return {} if not key else {"authorization": f"Bearer {key}"}
+
+
+def timeouts(timeout_s: float) -> httpx.Timeout:
+    """Less for the connection than for the answer."""
+    return httpx.Timeout(timeout_s, connect=min(timeout_s, CONNECT_TIMEOUT_S))
 
 
 def idempotency() -> dict[str, str]:

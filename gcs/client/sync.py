@@ -34,7 +34,9 @@ class Client:
     ) -> None:
         self.url = url.rstrip("/")
         self._key = key
-        self._http = httpx.Client(base_url=self.url, headers=calls.headers(key), timeout=timeout_s, transport=transport)
+        self._http = httpx.Client(
+            base_url=self.url, headers=calls.headers(key), timeout=calls.timeouts(timeout_s), transport=transport
+        )
 
     def __enter__(self) -> Self:
         return self
@@ -102,6 +104,20 @@ class Client:
         """A point a finished slot, without users."""
         return self._get(list[models.SeriesPoint], f"/api/v1/campaigns/{campaign_id}/series")
 
+    def recording(self, campaign_id: str) -> models.RecordingView:
+        """Area, state and log of a campaign with its slots' range; 409 when no slot was recorded."""
+        return self._get(models.RecordingView, f"/api/v1/campaigns/{campaign_id}/recording")
+
+    def recorded_slots(self, campaign_id: str, first: int = 0, limit: int = 60) -> models.SlotsPage:
+        """Slots with everybody's places from number ``first`` on; the rest with ``first=page.next_first``."""
+        path = f"/api/v1/campaigns/{campaign_id}/recording/slots"
+        return self._get(models.SlotsPage, path, first=first, limit=limit)
+
+    def recorded_telemetry(self, campaign_id: str, first: int = 0, limit: int = 1000) -> models.TelemetryPage:
+        """What all vehicles said, from sample number ``first`` on."""
+        path = f"/api/v1/campaigns/{campaign_id}/recording/telemetry"
+        return self._get(models.TelemetryPage, path, first=first, limit=limit)
+
     def explanation(self, campaign_id: str) -> models.ExplanationView:
         """Why the policy chose what is being flown."""
         return self._get(models.ExplanationView, f"/api/v1/campaigns/{campaign_id}/explanation")
@@ -114,6 +130,10 @@ class Client:
         """Receipts of successful uploads: ``user``, ``time``, if known ``uploaded_mb``."""
         return self._post(models.UploadsTaken, f"/api/v1/campaigns/{campaign_id}/uploads", calls.rows(receipts))
 
+    def send_departures(self, campaign_id: str, users: Sequence[Mapping[str, Any]]) -> models.DeparturesTaken:
+        """Users who leave (``user``, ``time``): they take no part from the next slot on, their places are forgotten."""
+        return self._post(models.DeparturesTaken, f"/api/v1/campaigns/{campaign_id}/departures", calls.rows(users))
+
     # Dry runs
 
     def begin_dry_run(self, mission: calls.MissionLike, policy: str | None = None) -> models.DryRunView:
@@ -123,6 +143,14 @@ class Client:
     def dry_run(self, dry_run_id: str) -> models.DryRunView:
         """How far it is, and its forecast when it is done."""
         return self._get(models.DryRunView, f"/api/v1/dry-runs/{dry_run_id}")
+
+    def dry_runs(self) -> list[models.DryRunView]:
+        """Newest first; the last few are kept until the server ends."""
+        return self._get(list[models.DryRunView], "/api/v1/dry-runs")
+
+    def forecast(self, campaign_id: str) -> models.DryRunView:
+        """The newest finished dry run of exactly this campaign's mission; 404 when there is none."""
+        return self._get(models.DryRunView, f"/api/v1/campaigns/{campaign_id}/forecast")
 
     def cancel_dry_run(self, dry_run_id: str) -> models.DryRunView:
         """End it."""
@@ -157,6 +185,14 @@ class Client:
         """Take the latch off."""
         return self._post(models.Taken, "/api/v1/emergency-stop/reset")
 
+    def emergency_stop_one(self, system_id: int) -> models.Taken:
+        """One vehicle stops where it is, latched until it is reset; the others go on."""
+        return self._post(models.Taken, f"/api/v1/drones/{system_id}/emergency-stop")
+
+    def reset_emergency_stop_one(self, system_id: int) -> models.Taken:
+        """Take the latch of one vehicle off."""
+        return self._post(models.Taken, f"/api/v1/drones/{system_id}/emergency-stop/reset")
+
     # What is at hand, the log, keys
 
     def missions(self) -> list[models.MissionView]:
@@ -170,6 +206,16 @@ class Client:
     def policies(self) -> list[models.PolicyView]:
         """Policies at hand, with their models."""
         return self._get(list[models.PolicyView], "/api/v1/policies")
+
+    def map_background(self) -> models.MapView:
+        """What lies under the page's map."""
+        return self._get(models.MapView, "/api/v1/map")
+
+    def map_tiles(self, offset: int = 0, length: int | None = None) -> bytes:
+        """Bytes of the PMTiles file that the server hands out, to its end without ``length``; 404 when it has none."""
+        last = "" if length is None else offset + length - 1
+        headers = {"range": f"bytes={offset}-{last}"}
+        return (self._send("GET", "/api/v1/map/tiles.pmtiles", headers=headers)).content
 
     def events(
         self,
@@ -212,6 +258,10 @@ class Client:
         """Whether the flight loop ticks and the store takes records; ``problems`` says what is not well."""
         return calls.parse(models.Readiness, self._send("GET", "/readyz", good=frozenset({200, 503})))
 
+    def liveness(self) -> models.Liveness:
+        """The process answers."""
+        return self._get(models.Liveness, "/healthz")
+
     # Stream
 
     def stream(self, rate_hz: float = 5.0, topics: Sequence[str] = ("snapshot", "events")) -> Generator[calls.Message]:
@@ -253,14 +303,15 @@ class Client:
         *,
         query: Mapping[str, Any] | None = None,
         body: Any = None,
+        headers: Mapping[str, str] | None = None,
         good: frozenset[int] = frozenset(),
     ) -> httpx.Response:
-        once = {} if method == "GET" else calls.idempotency()
+        headers = {**(headers or {}), **({} if method == "GET" else calls.idempotency())}
         for attempt in range(calls.RETRIES):
             last = attempt == calls.RETRIES - 1
             response = None
             try:
-                response = self._http.request(method, path, params=query, json=body, headers=once)
+                response = self._http.request(method, path, params=query, json=body, headers=headers)
             except httpx.TransportError as error:
                 if last:
                     raise UnreachableError(f"{self.url}: {error or type(error).__name__}") from error

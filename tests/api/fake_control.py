@@ -105,6 +105,11 @@ class FakeControl:
                 return self._start(request)
             case RequestKind.COMMAND:
                 return self._command(request)
+            case RequestKind.EMERGENCY_STOP | RequestKind.RESET_STOP if request.system_id is not None:
+                others = set(self._snapshot.stopped_ids) - {request.system_id}
+                mine = {request.system_id} if request.kind is RequestKind.EMERGENCY_STOP else set()
+                self.publish(replace(self._snapshot, stopped_ids=tuple(sorted(others | mine))))
+                return RequestOutcome(True)
             case RequestKind.EMERGENCY_STOP | RequestKind.RESET_STOP:
                 self.publish(replace(self._snapshot, stopped=request.kind is RequestKind.EMERGENCY_STOP))
                 return RequestOutcome(True)

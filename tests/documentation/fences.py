@@ -73,7 +73,7 @@ def commands(fence: Fence) -> Iterator[Command]:
     """The lines of a shell block, or those of a block without a language that begin with a program of ours or known."""
     if fence.language not in ("", "sh", "bash", "console"):
         return
-    for offset, line in enumerate(_lines(fence.body)):
+    for offset, line in enumerate(body_lines(fence.body)):
         try:
             words = tuple(shlex.split(line.removeprefix("$ "), comments=True))
         except ValueError:
@@ -83,7 +83,7 @@ def commands(fence: Fence) -> Iterator[Command]:
             yield Command(f"{fence.place}+{offset}", words[:end])
 
 
-def _lines(body: str) -> list[str]:
+def body_lines(body: str) -> list[str]:
     """Here documents left out, continued lines joined."""
     body = re.sub(r"<<'(\w+)'\n.*?^\1$", "", body, flags=re.MULTILINE | re.DOTALL)
     return body.replace("\\\n", " ").splitlines()

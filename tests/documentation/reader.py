@@ -1,7 +1,8 @@
 """Somebody who follows a page from top to bottom: one folder, one shell, servers that stay up until the page ends.
 
 Ports that a page names or means are replaced by free ones, so that pages can be followed side by side. ``python`` and
-the programs are those of this environment. A key that a page says to paste is read from what the server printed.
+the programs are those of this environment; short commands and Python run in this very process (``inside.py``). A key
+that a page says to paste is read from what the server printed.
 """
 
 import os
@@ -13,10 +14,12 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import IO
 
 from fences import Fence, fences
+from inside import lines_of, run_lines, run_python
 
 from gcs.cli.mock_fleet import free_udp_ports
 
@@ -56,10 +59,21 @@ class Reader:
         if block.keeps_running:
             self._start(body, block.place)
             return
-        command = ["bash", "-euo", "pipefail"] if block.language == "sh" else [sys.executable, "-"]
+        code, out, err = self._done(replace(block, body=body))
+        self.printed.append(out)
+        assert code == 0, f"{block.place}: exit {code}\n{body}\n{out}\n{err}"
+        assert "Traceback" not in err, f"{block.place}\n{err}"
+
+    def _done(self, block: Fence) -> tuple[int, str, str]:
+        """Exit code, stdout, stderr."""
+        if block.language == "python":
+            return run_python(block.body, self.folder, self._environment)
+        lines = lines_of(block)
+        if lines is not None:
+            return run_lines(lines, self.folder, self._environment)
         done = subprocess.run(
-            command,
-            input=self._one_shell(body) if block.language == "sh" else body,
+            ["bash", "-euo", "pipefail"],
+            input=self._one_shell(block.body),
             cwd=self.folder,
             env=self._environment,
             capture_output=True,
@@ -67,9 +81,7 @@ class Reader:
             timeout=BLOCK_TIMEOUT_S,
             check=False,
         )
-        self.printed.append(done.stdout)
-        assert done.returncode == 0, f"{block.place}: exit {done.returncode}\n{body}\n{done.stdout}\n{done.stderr}"
-        assert "Traceback" not in done.stderr, f"{block.place}\n{done.stderr}"
+        return done.returncode, done.stdout, done.stderr
 
     def _one_shell(self, body: str) -> str:
         """What one block sets, the next one knows."""
@@ -122,7 +134,7 @@ class Reader:
         return found[1]
 
     def _with_free_ports(self, body: str) -> str:
-        for port in ("8080", "8081"):
+        for port in ("8080", "8081", "8900"):
             if re.search(rf"\b{port}\b", body):
                 self._ports.setdefault(port, str(_free_tcp_port()))
         if "14550" in body and "14550" not in self._ports:

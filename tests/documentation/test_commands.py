@@ -29,6 +29,8 @@ OURS = [command for command in ALL if command.program in PARSERS]
 RUN_BY = {
     "gcs fly": "tests/flight/test_fly_command.py",
     "gcs serve": "tests/api/test_serve_command.py",
+    "gcs replay": "tests/api/test_replay_command.py",
+    "gcs recheck": "tests/flight/test_recheck.py",
     "gcs keys": "tests/api/test_serve_command.py",
     "gcs audit": "tests/api/test_audit_command.py",
     "gcs doctor": "tests/doctor/test_doctor_command.py",

@@ -13,6 +13,7 @@ FOLLOWED = {
     "tutorials/researcher.md": "Metrics(",
     "faq.md": "nothing heard",
     "flying-px4-and-ardupilot.md": "drone 2 ",
+    "mock.md": "gps_glitch",
 }
 """Page -> something that its reader must have seen."""
 WITH_THE_SAME_SERVER = ("tutorials/api-client.md", "client.md")

@@ -60,10 +60,11 @@ def mission(tmp_path: Path) -> Path:
 @pytest.mark.flight
 @pytest.mark.parametrize("flavour", ["px4", "ardupilot"])
 def test_a_campaign_over_sockets_and_its_files(mission: Path, tmp_path: Path, flavour: str) -> None:
-    files = {name: tmp_path / name for name in ("result.json", "way.csv", "report")}
+    files = {name: tmp_path / name for name in ("result.json", "way.csv", "report", "logs")}
     done = fly(
         str(mission), "--fleet", "mock", "--flavour", flavour, "--speedup", "max", "--json", str(files["result.json"]),
         "--trajectory", str(files["way.csv"]), "--report", str(files["report"]),
+        "--tlog", str(files["logs"]),
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     result = json.loads(files["result.json"].read_text())
@@ -78,6 +79,9 @@ def test_a_campaign_over_sockets_and_its_files(mission: Path, tmp_path: Path, fl
     first = [row for row in rows if row["kind"] == "uav" and row["slot"] == "0"]
     assert all(math.hypot(float(r["east_m"]) - 600.0, float(r["north_m"]) - 500.0) < 10.0 for r in first)
     assert (files["report"] / "index.html").stat().st_size > 1000
+    heard = {file.name: file.stat().st_size for file in files["logs"].rglob("*.tlog")}
+    assert len(heard) == 2, heard
+    assert min(heard.values()) > 10_000, "minutes of telemetry of each drone"
     assert "random" in done.stdout
 
 

@@ -23,7 +23,11 @@ sys.path.append(str(Path(__file__).parents[1] / "api"))
 from api_server import serving
 
 from gcs.api.settings import ApiSettings
+from gcs.cli.openapi import openapi_document
 from gcs.store.store import using_store
+from policy.service.app import create_app as create_policy_app
+from sitl_mock.control import answer
+from sitl_mock.simulation import Setup, Simulation
 
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMA = json.loads((Path(__file__).parent / "compose_spec.json").read_text())
@@ -112,6 +116,45 @@ def test_ours_have_no_rights_and_dependencies_are_there(file: Path) -> None:
     assert used == set(volumes)
 
 
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
+def test_health_checks_ask_what_their_service_answers(file: Path) -> None:
+    """On a port that the service's own command opens, at a path that its program has."""
+    for service in load(file)["services"].values():
+        check = service.get("healthcheck", {"test": ["CMD-SHELL"]})["test"]
+        if check[0] == "CMD-SHELL":  # PostgreSQL's own
+            continue
+        assert check[1:3] == ["python", "-c"]
+        compile(check[3], "healthcheck", "exec")
+        address = re.search(r"http://127\.0\.0\.1:(?P<port>\d+)(?P<path>/\w+)", check[3])
+        assert address is not None
+        (words,) = our_commands(service)
+        options = PARSERS[words[0]]().parse_args(words[1:])
+        opened = {"sitl-mock": "control", "policy": "port", "gcs": "port"}[words[0]]
+        assert getattr(options, opened) == int(address["port"])
+        assert answers(words[0], address["path"])
+
+
+def answers(program: str, path: str) -> bool:
+    """Whether the program has ``GET path`` without a key."""
+    if program == "sitl-mock":
+        return answer(Simulation(Setup(count=1)), "GET", path, b"").status == 200
+    document = create_policy_app().openapi() if program == "policy" else openapi_document()
+    return "get" in document["paths"][path]
+
+
+def test_scripts_in_compose_files_are_shell() -> None:
+    scripts = [
+        service["command"][0]
+        for file in FILES
+        for service in load(file)["services"].values()
+        if service.get("entrypoint", [])[:2] == ["sh", "-c"]
+    ]
+    assert len(scripts) == 2
+    for script in scripts:
+        done = subprocess.run(["sh", "-n"], input=script, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+
+
 def test_what_listens_to_others_has_published_ports_that_it_listens_on() -> None:
     for file in FILES:
         ports = load(file)["services"]["gcs"]["ports"]
@@ -154,7 +197,7 @@ def test_what_the_wheel_is_built_from_is_copied() -> None:
 
 def test_the_health_check_tells_a_server_that_answers_from_none(tmp_path: Path) -> None:
     check = next(line for line in stages()["serve"] if line.startswith("HEALTHCHECK"))
-    words = shlex.split(check.partition("CMD ")[2])
+    words = json.loads(check.partition("CMD ")[2])
     assert words[0] == "python"
 
     def ask(port: int) -> int:

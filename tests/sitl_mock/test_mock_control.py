@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import json
 import re
+import socket
+import struct
+import threading
+import time
 import urllib.error
 import urllib.request
 from concurrent.futures import ThreadPoolExecutor
@@ -13,7 +17,7 @@ import pytest
 from mock_process import free_port, running
 from mock_station import station
 
-from sitl_mock.control import answer
+from sitl_mock.control import Control, answer
 
 
 def _ask(url: str, method: str = "GET", body: object = None) -> tuple[int, Any]:
@@ -79,3 +83,22 @@ def test_over_http_while_the_clock_runs() -> None:
             _, shown = ask("/vehicles")
             assert [vehicle["system"] for vehicle in shown["vehicles"]] == [1, 2]
             assert ask(f"/faults/{made['number']}", "DELETE")[0] == 200
+
+
+def test_a_client_that_leaves_before_the_answer_is_no_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    ground = station("px4")
+    control = Control("127.0.0.1", 0)
+    faults: list[object] = []
+    over = threading.Event()
+    monkeypatch.setattr(control._server, "handle_error", lambda *who: faults.append(who))
+    monkeypatch.setattr(control._server, "shutdown_request", lambda request: (request.close(), over.set()))
+    client = socket.create_connection(control.address)
+    client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # a reset, not a farewell
+    client.sendall(b"GET /vehicles HTTP/1.0\r\n\r\n")
+    while control._calls.empty():
+        time.sleep(0.001)
+    client.close()
+    control.serve(ground.simulation)
+    assert over.wait(20.0)
+    control.close()
+    assert faults == []

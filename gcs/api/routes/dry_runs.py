@@ -54,7 +54,7 @@ def cancel(dry_run_id: DryRunId, context: Context, who: Who) -> DryRunView:
 
 @router.get("/campaigns/{campaign_id}/forecast")
 def forecast(campaign_id: CampaignId, context: Context) -> DryRunView:
-    """The newest dry run of exactly this campaign's mission."""
+    """The newest finished dry run of exactly this campaign's mission."""
     record = require(context, campaign_id)
     run = context.dry_runs.forecast_for(dict(record.document))
     if run is None:
