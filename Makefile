@@ -55,6 +55,7 @@ fuzz: $(VENV)/.dev  ## every operation of the API with 200 values for each role 
 
 unit: $(VENV)/.dev
 	@sh tests/install_system_packages.sh
+	$(BIN)/python tests/warm_up.py
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile
 
 format: $(VENV)/.dev  ## let ruff put the sources in order

@@ -14,6 +14,7 @@ from gcs.ports import CommandTicket, SafeSetpoint, VehicleCommand, VehicleStatus
 
 HEARTBEAT_S: Final = 1.0
 MAX_VEHICLE_ID: Final = 250
+OVERRUN_NOTICE_S: Final = 5.0
 CONFLICT_S: Final = 5.0  # a vehicle may move to another port after so long a silence
 VELOCITY_AND_YAW: Final = 2503  # POSITION_TARGET_TYPEMASK: position, acceleration and yaw rate ignored
 RELATIVE_ALT_INT: Final = 6  # MAV_FRAME_GLOBAL_RELATIVE_ALT_INT
@@ -40,11 +41,28 @@ class WiredFleetLink:
         self._conflicts: dict[int, str] = {}
         self._refused: set[tuple[int, Path]] = set()
         self._heartbeat_due_s = float("-inf")
+        self._overrun_due_s = float("-inf")
+        self._skipped: dict[str, int] = {}
 
     def poll(self, now_s: float) -> None:
         """Read everything that is waiting."""
         for heard in self._wire.read(now_s):
             self._receive(heard, now_s)
+        if now_s >= self._overrun_due_s:
+            self._tell_overruns(now_s)
+
+    def _tell_overruns(self, now_s: float) -> None:
+        """Once a while, for each address on which more came than can be read."""
+        self._overrun_due_s = now_s + OVERRUN_NOTICE_S
+        for address, total in self._wire.skipped().items():
+            fresh = total - self._skipped.get(address, 0)
+            self._skipped[address] = total
+            if fresh:
+                self._notices.append(
+                    f"{address}: {fresh} datagrams of the last {OVERRUN_NOTICE_S:.0f} s were skipped for newer ones: "
+                    "more came than can be read; lower the streams' rates, find who floods the port, or use a faster "
+                    "machine"
+                )
 
     def vehicles(self) -> Mapping[int, VehicleStatus]:
         """Newest status by system id."""

@@ -73,6 +73,10 @@ class MavsdkWire:
                 core.send(name, fields)
             core.pass_on(now_s)
 
+    def skipped(self) -> dict[str, int]:
+        """Datagrams thrown away unread so far, by address."""
+        return {address: transport.skipped for address, transport in self._transports.items()}
+
     def close(self) -> None:
         """End the cores, then release the sockets."""
         for core in self._cores.values():

@@ -84,6 +84,10 @@ class PymavlinkWire:
             self._record(address, now_s, frame)
             self._transports[address].write(frame, peer)
 
+    def skipped(self) -> dict[str, int]:
+        """Datagrams thrown away unread so far, by address."""
+        return {address: transport.skipped for address, transport in self._transports.items()}
+
     def close(self) -> None:
         """Release all sockets."""
         for transport in self._transports.values():

@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import socket
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -13,7 +14,14 @@ from gcs.links.datagrams import datagrams_of
 
 RECEIVE_BUFFER_BYTES = 4 << 20  # one frame a datagram from many vehicles overruns the default
 _MAX_DATAGRAM_BYTES = 65_535
+_MOST_CHUNKS = 16  # of a stream in one turn: a megabyte
 _RECONNECT_S = 1.0
+KEPT_DATAGRAMS = 2_000
+"""Of those that wait on all sockets together about so many are decoded in one turn (a tenth of a second's work)."""
+LEAST_KEPT = 50
+"""Of one socket, however many there are."""
+MOST_READS = 20_000
+"""In one turn from one socket: a flood that comes faster than it is read shall not keep the flight waiting."""
 _SCHEMES = frozenset({"udpout", "udpin", "tcp", "serial"})
 _HOW = "write udpout:HOST:PORT, udpin:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD"
 
@@ -28,6 +36,8 @@ class Transport(Protocol):
     """Bytes to and from peers; nothing here waits."""
 
     address: str
+    skipped: int
+    """Datagrams thrown away unread so far, since newer ones were waiting behind more than could be decoded."""
 
     def read(self, now_s: float) -> list[tuple[Peer, bytes]]: ...
 
@@ -64,8 +74,11 @@ def parse_address(text: str) -> Address:
     return Address(parts[0], parts[1], int(parts[2]))
 
 
-def open_transport(text: str) -> Transport:
-    """Open the transport that an address names; LinkError when the port is taken or the host unknown."""
+def open_transport(text: str, kept_datagrams: int = KEPT_DATAGRAMS) -> Transport:
+    """Open the transport that an address names; LinkError when the port is taken or the host unknown.
+
+    ``kept_datagrams``: of those that wait on a UDP socket the newest so many are read at a time.
+    """
     address = parse_address(text)
     if address.scheme == "serial":
         return SerialTransport(text, address.host, address.port)
@@ -75,14 +88,15 @@ def open_transport(text: str) -> Transport:
         raise LinkError(f"address '{text}': host '{address.host}' is not known ({error.strerror or error})") from error
     if address.scheme == "tcp":
         return TcpTransport(text, (host, address.port))
-    return UdpTransport(text, (host, address.port), listening=address.scheme == "udpin")
+    return UdpTransport(text, (host, address.port), listening=address.scheme == "udpin", kept=kept_datagrams)
 
 
 def open_all(addresses: Sequence[str]) -> list[Transport]:
     """Open each; when one cannot be opened, none stays open."""
     opened: list[Transport] = []
+    kept = max(LEAST_KEPT, KEPT_DATAGRAMS // max(len(addresses), 1))
     try:
-        opened.extend(open_transport(address) for address in addresses)
+        opened.extend(open_transport(address, kept) for address in addresses)
     except LinkError:
         for transport in opened:
             transport.close()
@@ -93,8 +107,9 @@ def open_all(addresses: Sequence[str]) -> list[Transport]:
 class UdpTransport:
     """One UDP socket. Outgoing: one fixed peer. Listening: peers are whoever has spoken."""
 
-    def __init__(self, address: str, where: Peer, *, listening: bool) -> None:
-        self.address = address
+    def __init__(self, address: str, where: Peer, *, listening: bool, kept: int = KEPT_DATAGRAMS) -> None:
+        self.address, self.skipped = address, 0
+        self._kept = kept
         self._peers: dict[Peer, None] = {} if listening else {where: None}
         self._learns = listening
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -113,18 +128,22 @@ class UdpTransport:
             raise LinkError(f"cannot listen on '{self.address}': {error.strerror}; {hint}") from error
 
     def read(self, now_s: float) -> list[tuple[Peer, bytes]]:
-        """Every datagram that is waiting."""
-        received: list[tuple[Peer, bytes]] = []
-        while True:
+        """What is waiting; of more than can be decoded the newest, so that no old place passes for a new one."""
+        received: deque[tuple[Peer, bytes]] = deque(maxlen=self._kept)
+        count = 0
+        for _ in range(MOST_READS):
             try:
                 data, peer = self._datagrams.receive()
             except BlockingIOError:
-                return received
+                break
             except ConnectionRefusedError:  # an ICMP answer to an earlier datagram: nobody listens there yet
                 continue
             if self._learns:
                 self._peers[peer] = None
             received.append((peer, data))
+            count += 1
+        self.skipped += count - len(received)
+        return list(received)
 
     def peers(self) -> list[Peer]:
         """Where we call, or who has called."""
@@ -145,7 +164,7 @@ class TcpTransport:
     """A TCP client that reconnects once a second after a loss."""
 
     def __init__(self, address: str, where: Peer) -> None:
-        self.address = address
+        self.address, self.skipped = address, 0
         self._where = where
         self._socket: socket.socket | None = None
         self._retry_s = float("-inf")
@@ -155,7 +174,7 @@ class TcpTransport:
         if self._socket is None:
             self._begin(now_s)
         received: list[tuple[Peer, bytes]] = []
-        while self._socket is not None:
+        while self._socket is not None and len(received) < _MOST_CHUNKS:
             try:
                 data = self._socket.recv(_MAX_DATAGRAM_BYTES)
             except BlockingIOError:
@@ -205,7 +224,7 @@ class SerialTransport:
     """A serial line, such as a telemetry radio on USB; opened again once a second after it was pulled out."""
 
     def __init__(self, address: str, device: str, baud: int) -> None:
-        self.address = address
+        self.address, self.skipped = address, 0
         self._device, self._baud = device, baud
         self._peer: Peer = (device, 0)
         self._retry_s = float("-inf")

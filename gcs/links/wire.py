@@ -41,5 +41,8 @@ class Wire(Protocol):
     def write(self, name: str, fields: Fields, paths: Sequence[Path], now_s: float) -> None:
         """Send the message ``name`` (such as ``COMMAND_LONG``) over each path; no paths: to everyone."""
 
+    def skipped(self) -> Mapping[str, int]:
+        """Datagrams thrown away unread so far, by address."""
+
     def close(self) -> None:
         """Release sockets."""

@@ -126,7 +126,8 @@ class SafetyGate:
             if sent is None:
                 told[row, 0] = _velocity(track)
             else:
-                ticks = math.ceil((self.envelope.reaction_s + track.age_s) / self.envelope.tick_s)
+                unseen_s = min(track.age_s, STALE_AFTER_S)  # infinite where a place is not to be trusted
+                ticks = math.ceil((self.envelope.reaction_s + unseen_s) / self.envelope.tick_s)
                 tolds[row] = rules.still_acting(np.array(list(islice(sent, ticks))), told[row])
         return told, tolds
 

@@ -1,7 +1,7 @@
 """The gate in a kinematic simulation: whatever is asked, no UAV leaves the fence, hits a wall or meets another."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -189,6 +189,16 @@ def test_commands_that_the_vehicle_may_still_obey_count() -> None:
         assert steady.action is GateAction.PASSED or turned.action is not GateAction.PASSED
         differ += steady.action is not turned.action
     assert differ > 0
+
+
+@pytest.mark.parametrize("age_s", [1.5, 60.0, float("inf")])
+def test_a_drone_that_is_seen_no_more_is_held_and_the_others_keep_clear(age_s: float) -> None:
+    gate = gate_that_told((5.0, 0.0), (5.0, 0.0))
+    lost = Wish(setpoint(1, north=5.0), at(400.0, 250.0, vel=(0.0, 5.0), age=age_s))
+    near = Wish(setpoint(2, north=5.0), replace(at(400.0, 238.0, vel=(0.0, 5.0)), system_id=2))
+    first, second = gate.judge([lost, near])
+    assert first.action is GateAction.HELD
+    assert second.action is not GateAction.PASSED  # 12 m behind one that may brake
 
 
 def test_a_command_of_long_ago_is_forgotten() -> None:

@@ -33,7 +33,7 @@ from policy.service.wire import (
 
 @pytest.fixture(scope="module")
 def client(address):
-    with httpx.Client(base_url=address, timeout=60.0) as client:
+    with httpx.Client(base_url=address, timeout=150.0) as client:  # the first one waits for the compiler
         yield client
 
 
