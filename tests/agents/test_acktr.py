@@ -88,7 +88,7 @@ def lead(learner):
 
 @pytest.mark.parametrize("explore", [0.0, 1.0])
 def test_the_entropys_weight_falls_with_the_exploration(explore):
-    """Without rewards the critic alone and the entropy move the network: a sharp policy becomes flatter, or does not."""
+    """Without advantages only the entropy moves the policy: a sharp one becomes flatter, or stays as it is."""
     torch.manual_seed(0)
     learner = Acktr(AcktrSettings(hidden=8, rollout=4, entropy=1.0, trust=1e-2))
     with torch.no_grad():

@@ -1,4 +1,4 @@
-"""MuZero's tree on models that are known exactly: it finds what exhaustive search finds; and its noise and first visits."""
+"""MuZero's tree on a model that is known exactly: it finds what value iteration finds; its noise and first visits."""
 
 import pytest
 import torch

@@ -29,24 +29,33 @@ told(agent_type("muzero")(learner=kind(kind.settings_type(hidden=8))))
 """
 
 
-@pytest.fixture
-def package(tmp_path):
-    """The package's sources, to be changed."""
-    copy = tmp_path / "policy"
-    shutil.copytree(PACKAGE, copy, ignore=lambda _, names: {n for n in names if n in {"__pycache__", "checkpoints"}})
+@pytest.fixture(scope="module")
+def copied(tmp_path_factory):
+    """The package's sources, copied once."""
+    copy = tmp_path_factory.mktemp("sources") / "policy"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__", "checkpoints"))
     return copy
 
 
-def digests(package):
-    return {name: digest_sources(deciding(name, package), package) for name in POLICIES}
+@pytest.fixture
+def package(copied):
+    """The copy; what a test changes in it is put back."""
+    before = {source: source.read_bytes() for source in copied.rglob("*.py")}
+    yield copied
+    for source, text in before.items():
+        source.write_bytes(text)
 
 
 def changed_by(package, *, source):
     """The policies whose digest changes with a line more in ``source``."""
-    before = digests(package)
+
+    def digests():
+        return {name: digest_sources(deciding(name, package), package) for name in POLICIES}
+
+    before = digests()
     with (package / source).open("a") as file:
         file.write("\nANOTHER = 1\n")
-    return {name for name, digest in digests(package).items() if digest != before[name]}
+    return {name for name, digest in digests().items() if digest != before[name]}
 
 
 @pytest.mark.parametrize(
