@@ -69,7 +69,7 @@ train:  $(VENV)/.dev  ## train the default gcrl anew into runs/gcrl-default (lon
 	OMP_NUM_THREADS=1 $(BIN)/python -m policy.training --out runs/gcrl-default --episodes 360
 
 rivals: $(VENV)/.dev  ## train each rival on a campaign with a known optimum (minutes on one core)
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -m rivals tests/agents
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -m rivals -rP tests/agents
 
 crash: $(VENV)/.dev  ## kill -9 the server fifty times in flight (about half an hour)
 	$(BIN)/python tests/durability/crash.py --kills 50

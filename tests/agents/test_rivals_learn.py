@@ -1,6 +1,7 @@
 """Every rival learns: it comes within 5 % of the optimum of a tiny campaign (`make rivals`, minutes on one core)."""
 
 import pytest
+import torch
 from tiny_campaign import OPTIMUM, SLOTS, USERS_M, best_episodic_aoi, tiny_places, tiny_sampler, tiny_scenario
 
 from policy.agents.registry import RIVALS, agent_type, make_agent
@@ -21,6 +22,9 @@ SMALL = {
 """A tiny campaign has less to remember and to learn from; all else is the default."""
 EPISODES = {"drl-freshmcs": 480, "aoi-drqn": 480, "muzero": 480, "acktr": 1280}
 
+TESTED = {**dict.fromkeys(RIVALS, 1), "acktr": 8}
+"""Campaigns of each test: all are alike but for what ``acktr`` draws."""
+
 
 @pytest.mark.timeout(1200)
 def test_the_optimum_is_what_exhaustive_search_finds():
@@ -30,11 +34,13 @@ def test_the_optimum_is_what_exhaustive_search_finds():
 @pytest.mark.timeout(1200)
 @pytest.mark.parametrize("name", sorted(RIVALS))
 def test_a_rival_comes_within_five_percent_of_the_optimum(name, tmp_path):
+    torch.manual_seed(0)
     kind = agent_type(name).learner_type
     learner = kind(kind.settings_type(**SMALL[name]))
-    settings = RivalTraining(episodes=EPISODES[name], batch=16, tests=10, test_campaigns=1, variety=NO_VARIETY)
+    settings = RivalTraining(episodes=EPISODES[name], batch=16, tests=10, test_campaigns=TESTED[name], variety=NO_VARIETY)
     train_rival(learner, tiny_sampler, settings, tmp_path)
     record = fly(tiny_scenario(), ArrayPlaces(tiny_places()), make_agent(name, checkpoint=str(tmp_path)))
+    print(f"{name}: episodic AoI {record.metrics.episodic_aoi:.3f}, optimum {OPTIMUM:.3f}")  # shown by `make rivals`
     assert len(record.outcomes) == SLOTS
     assert record.metrics.episodic_aoi <= 1.05 * OPTIMUM
     assert record.violations == {"geofence": 0, "separation": 0, "obstacle": 0, "battery": 0}
