@@ -37,7 +37,9 @@ def test_a_rival_comes_within_five_percent_of_the_optimum(name, tmp_path):
     torch.manual_seed(0)
     kind = agent_type(name).learner_type
     learner = kind(kind.settings_type(**SMALL[name]))
-    settings = RivalTraining(episodes=EPISODES[name], batch=16, tests=10, test_campaigns=TESTED[name], variety=NO_VARIETY)
+    settings = RivalTraining(
+        episodes=EPISODES[name], batch=16, tests=10, test_campaigns=TESTED[name], variety=NO_VARIETY
+    )
     train_rival(learner, tiny_sampler, settings, tmp_path)
     record = fly(tiny_scenario(), ArrayPlaces(tiny_places()), make_agent(name, checkpoint=str(tmp_path)))
     print(f"{name}: episodic AoI {record.metrics.episodic_aoi:.3f}, optimum {OPTIMUM:.3f}")  # shown by `make rivals`
