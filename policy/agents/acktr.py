@@ -13,7 +13,7 @@ from torch import Tensor, nn
 
 from policy.agents.rivals.agent import LearnedAgent
 from policy.agents.rivals.kfac import Kfac
-from policy.agents.rivals.learner import NUM_ACTIONS, Learner, LearnerSettings, best_legal, reward_scale
+from policy.agents.rivals.learner import NUM_ACTIONS, Learner, LearnerSettings, reward_scale
 from policy.environments.field import AOI_UNIT, OWN_FEATURES, own_features
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState
@@ -26,19 +26,20 @@ NODE_FEATURES = 14
 class AcktrSettings(LearnerSettings):
     """``rollout`` slots of all campaigns make one update."""
 
-    campaigns: int = 128
+    campaigns: int = 16
     hidden: int = 64
     rollout: int = 10
     learning_rate: float = 0.25  # greatest step; the trust region mostly decides
     trust: float = 5e-4
     damping: float = 0.01
     trace: float = 0.8  # λ of the advantage estimate
-    entropy: float = 0.05
+    entropy: float = 0.05  # weight of the policy's entropy at the start; falls with the exploration
     value_noise: float = 5.0  # standard deviation of the critic's Gaussian: how far a step may move it
     updates_per_slot: float = 1.0  # asked for in every slot; does something when a rollout is complete
     warmup_slots: int = 0
-    explore_start: float = 0.0  # it draws from its own policy
+    explore_start: float = 1.0  # it always draws from its own policy: this only scales the entropy's weight
     explore_end: float = 0.0
+    explore_share: float = 1.0
 
 
 @dataclass
@@ -91,7 +92,7 @@ class Acktr(Learner):
         nn.init.orthogonal_(self.network.actor.weight, 0.01)
         self._kfac = Kfac(self.network, rate=settings.learning_rate, trust=settings.trust, damping=settings.damping)
         self._rollout = _Rollout()
-        self._ends_here = False
+        self._ends_here, self._explore = False, 1.0
 
     def begin(self, scenario: Scenario, batch: int) -> None:
         """A rollout never spans two campaigns."""
@@ -100,13 +101,16 @@ class Acktr(Learner):
 
     @torch.no_grad()
     def choose(self, state: WorldState, legal: Tensor, explore: float | None = None) -> Tensor:
-        """The likeliest actions, or drawn ones."""
+        """Drawn from the policy, in flight too: it was trained as one that draws, and its likeliest actions alone
+        would lead a UAV that remembers nothing to where it stays.
+        """
         graph = node_features(self._scenario, state), *graph_links(self._scenario, state)
         own = own_features(self._scenario, state)
         logits, value = self.network(*graph, own)
-        if explore is None:
-            return best_legal(logits, legal)
         actions: Tensor = _drawing(logits, legal).sample()
+        if explore is None:
+            return actions
+        self._explore = explore
         rollout = self._rollout
         for kept, new in zip(
             (rollout.nodes, rollout.links, rollout.ages, rollout.own, rollout.legal, rollout.actions, rollout.value),
@@ -149,7 +153,7 @@ class Acktr(Learner):
         self._kfac.measure(noisy - drawn)
         actor = -(advantage * policy.log_prob(actions).sum(-1)).mean()
         critic = 0.5 * ((returns - value) ** 2).mean() / settings.value_noise**2
-        loss = actor + critic - settings.entropy * policy.entropy().sum(-1).mean()
+        loss = actor + critic - settings.entropy * self._explore * policy.entropy().sum(-1).mean()
         self.network.zero_grad(set_to_none=True)
         loss.backward()
         self._kfac.step()

@@ -47,7 +47,8 @@ class FreshMcsSettings(LearnerSettings):
     acting_quantiles: int = 16  # evenly spread when it decides
     cosines: int = 32
     alpha: float = 0.5
-    updates_per_slot: float = 1.0
+    n_step: int = 5
+    updates_per_slot: float = 2.0
 
 
 class FreshMcsNetwork(nn.Module):

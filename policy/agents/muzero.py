@@ -26,7 +26,7 @@ from policy.world.state import WorldState
 class MuzeroSettings(LearnerSettings):
     """``unroll`` K of the model's losses; ``reanalysed`` slots are searched anew before each update."""
 
-    campaigns: int = 128
+    campaigns: int = 64
     hidden: int = 96
     unroll: int = 4
     n_step: int = 8
@@ -37,10 +37,11 @@ class MuzeroSettings(LearnerSettings):
     noise_share: float = 0.25
     noise_alpha: float = 0.3
     temperature: float = 1.0  # of visits when it explores, at the start; falls with the exploration
-    reanalysed: int = 16
+    reanalysed: int = 64  # slots searched anew at a time ...
+    reanalyse_every: int = 4  # ... before every so many updates
     value_weight: float = 0.5
     weight_decay: float = 1e-4
-    updates_per_slot: float = 1.0
+    updates_per_slot: float = 2.0
     explore_start: float = 1.0
     explore_end: float = 0.0
 
@@ -96,6 +97,7 @@ class Muzero(Learner):
         self._tree = TreeSettings(
             settings.simulations, settings.width, settings.gamma, settings.noise_share, settings.noise_alpha
         )
+        self._updates = 0
 
     def begin(self, scenario: Scenario, batch: int) -> None:
         """Nothing is kept from slot to slot."""
@@ -119,7 +121,6 @@ class Muzero(Learner):
                 "legal": legal,
                 "actions": actions,
                 "policy": visited_policy(found),
-                "value": found.value,
             }
         return actions
 
@@ -132,9 +133,11 @@ class Muzero(Learner):
         settings = self.settings
         if len(self._replay) < settings.warmup_slots:
             return None
-        if settings.reanalysed:
-            self._reanalyse(self._replay.draw(settings.reanalysed, 1))
-        loss = self._loss(self._replay.draw(settings.batch_size, settings.unroll + settings.n_step))
+        window = self._replay.draw(settings.batch_size, settings.unroll + settings.n_step)
+        if settings.reanalysed and self._updates % settings.reanalyse_every == 0:
+            self._reanalyse(window)
+        self._updates += 1
+        loss = self._loss(window)
         self._optimiser.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         nn.utils.clip_grad_norm_(self.network.parameters(), 5.0)
@@ -143,18 +146,20 @@ class Muzero(Learner):
 
     @torch.no_grad()
     def _reanalyse(self, window: Window) -> None:
-        seen = self._replay.gather("seen", window, slice(0, 1))[0]
-        legal = self._replay.gather("legal", window, slice(0, 1))[0]
+        """Search the starts of some windows anew: their policies are then those of the network as it is now."""
+        count = self.settings.reanalysed
+        some = Window(window.slots[:, :count], window.campaigns[:count], window.ahead[:, :count], window.weight[:count])
+        seen = self._replay.gather("seen", some, slice(0, 1))[0]
+        legal = self._replay.gather("legal", some, slice(0, 1))[0]
         found = search(self.network, self.network.represent(seen), legal, self._tree, noisy=True)
-        self._replay.put("policy", window, 0, visited_policy(found))
-        self._replay.put("value", window, 0, found.value)
+        self._replay.put("policy", some, 0, visited_policy(found))
 
     def _loss(self, window: Window) -> Tensor:
         settings, replay = self.settings, self._replay
         seen = replay.gather("seen", window, slice(0, 1))[0]
         actions, reward = replay.gather("actions", window), replay.gather("reward", window)
-        policy, value = replay.gather("policy", window), replay.gather("value", window)
-        targets = self._value_targets(reward, value, window.ahead)
+        policy = replay.gather("policy", window, slice(0, settings.unroll + 1))
+        targets = value_targets(reward, self._values_ahead(window), window.ahead, settings.gamma)
         hidden = self.network.represent(seen)
         losses = []
         for row in range(settings.unroll + 1):
@@ -171,26 +176,44 @@ class Muzero(Learner):
             losses.append((loss * real).mean() * (1.0 if row == 0 else 1.0 / settings.unroll))
         return torch.stack(losses).sum()
 
-    def _value_targets(self, reward: Tensor, value: Tensor, ahead: Tensor) -> Tensor:
-        """n-step returns that end in the root values the searches found: [unroll+1, N]."""
-        steps, gamma = self.settings.n_step, self.settings.gamma
-        target = torch.zeros_like(value[: self.settings.unroll + 1])
-        for row in range(target.shape[0]):
-            reach = ahead[row : row + steps + 1].sum(0) - 1
-            total = torch.zeros_like(value[0])
-            for step in range(steps):
-                total = total + gamma**step * reward[row + step] * (step < reach)
-            end = (row + reach).clamp(min=0)
-            target[row] = total + gamma ** reach.clamp(min=0) * value.gather(0, end[None])[0]
-        return target
+    @torch.no_grad()
+    def _values_ahead(self, window: Window) -> Tensor:
+        """What the network as it is now makes of the states ``n_step`` slots after each unrolled row [unroll+1, N].
+
+        Not what was found when they were flown: early values are worth nothing, and a slot is searched anew about
+        once in a training (MuZero, appendix H: a fresh network provides the values that targets end in).
+        """
+        seen = self._replay.gather("seen", window, slice(self.settings.n_step, None))
+        rows, draws = seen.shape[:2]
+        value: Tensor = self.network.judge(self.network.represent(seen.flatten(0, 1)))[1]
+        return value.reshape(rows, draws)
 
     def optimiser_state(self) -> dict[str, Any]:
         """AdamW's moments."""
-        return {"optimiser": self._optimiser.state_dict()}
+        return {"optimiser": self._optimiser.state_dict(), "updates": self._updates}
 
     def restore_optimiser(self, state: dict[str, Any]) -> None:
         """As saved."""
         self._optimiser.load_state_dict(state["optimiser"])
+        self._updates = int(state["updates"])
+
+
+def value_targets(reward: Tensor, value_after: Tensor, ahead: Tensor, gamma: float) -> Tensor:
+    """n-step returns of the first R rows of a window: [R, N].
+
+    ``reward`` [R+n, N]; ``value_after`` [R, N] of the states n slots after each row, or of the campaign's last state
+    where it ends earlier; ``ahead`` bool [R+n, N] as of :class:`Window`.
+    """
+    rows = value_after.shape[0]
+    steps = reward.shape[0] - rows
+    targets = []
+    for row in range(rows):
+        reach = (ahead[row : row + steps + 1].sum(0) - 1).clamp(min=0)  # slots that really follow, at most n
+        discounts = gamma ** torch.arange(steps, device=reward.device)[:, None]
+        taken = torch.arange(steps, device=reward.device)[:, None] < reach
+        earned = (discounts * reward[row : row + steps] * taken).sum(0)
+        targets.append(earned + gamma**reach * value_after[row])
+    return torch.stack(targets)
 
 
 def visited_policy(found: Found) -> Tensor:

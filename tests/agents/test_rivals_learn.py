@@ -15,7 +15,7 @@ pytestmark = pytest.mark.rivals
 SMALL = {
     "drl-freshmcs": {"batch_size": 32, "warmup_slots": 500, "target_every": 100, "updates_per_slot": 1.0},
     "aoi-drqn": {"batch_size": 32, "warmup_slots": 500, "target_every": 100, "updates_per_slot": 1.0},
-    "muzero": {"batch_size": 32, "warmup_slots": 500, "simulations": 12, "reanalysed": 8},
+    "muzero": {"batch_size": 32, "warmup_slots": 500, "simulations": 12},
     "acktr": {},
 }
 """A tiny campaign has less to remember and to learn from; all else is the default."""

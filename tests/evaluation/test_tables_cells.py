@@ -69,7 +69,7 @@ def test_the_key_tells_all_inputs_apart(campus, tiny, monkeypatch):
     trace = tiny.with_name("tiny.csv")
     trace.write_text(trace.read_text().replace("1015,", "1016,", 1))
     keys.append(cell_key(find_campus(str(tiny), None), base, 0))
-    monkeypatch.setattr(cells, "code_version", lambda: "other sources")
+    monkeypatch.setattr(cells, "code_version", lambda policy: f"other sources of {policy}")
     keys.append(cell_key(campus, base, 0))
     assert len(set(keys)) == len(keys)
 

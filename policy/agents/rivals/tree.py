@@ -11,6 +11,10 @@ from torch import Tensor
 
 C_INIT, C_BASE = 1.25, 19_652.0
 """MuZero, appendix B."""
+LEAST_SPREAD = 0.05
+"""Values that differ by less are not pulled apart to 0 and 1: after two visits that would be noise. In the units of
+:func:`policy.agents.rivals.learner.reward_scale`, a quarter of a slot of mean AoI.
+"""
 
 
 class Model(Protocol):
@@ -40,7 +44,7 @@ class TreeSettings:
     simulations: int = 16
     width: int = 16  # joint actions looked at in each node
     gamma: float = 0.95
-    noise_share: float = 0.25  # Dirichlet noise at the root, while exploring
+    noise_share: float = 0.25  # Dirichlet noise on each UAV's policy at the root, while exploring
     noise_alpha: float = 0.3
 
 
@@ -69,6 +73,19 @@ def draw_joint(logits: Tensor, width: int) -> tuple[Tensor, Tensor]:
     return joint, torch.full((batch, width), 1.0 / width, device=logits.device)
 
 
+def add_noise(logits: Tensor, legal: Tensor, settings: TreeSettings) -> Tensor:
+    """Logits [B, U, 9] of each UAV's policy with a share of Dirichlet noise on its legal actions (bool [B, U, 9]).
+
+    Before joint actions are drawn, as in Sampled MuZero (Section 5.1): noise on the priors of those that were drawn
+    would never bring up one that the policy has forgotten.
+    """
+    gamma = torch.distributions.Gamma(torch.full_like(logits, settings.noise_alpha), torch.ones_like(logits))
+    noise = gamma.sample().clamp(min=1e-20) * legal
+    noise = noise / noise.sum(-1, keepdim=True)
+    mixed = (1.0 - settings.noise_share) * logits.softmax(-1) + settings.noise_share * noise
+    return (mixed * legal).clamp(min=1e-30).log().masked_fill(~legal, -1e9)
+
+
 class _Tree:
     """Node 0 is the root; simulation n adds node n. Shapes: B campaigns, N nodes, K children."""
 
@@ -76,12 +93,11 @@ class _Tree:
         self._model, self._settings = model, settings
         batch, uavs = root.shape[:2]
         logits, value = model.judge(root)
-        actions, prior = draw_joint(logits.masked_fill(~legal, -1e9), settings.width)
-        width, nodes, device = prior.shape[1], settings.simulations + 1, root.device
+        logits = logits.masked_fill(~legal, -1e9)
         if noisy:
-            alpha = torch.full((width,), settings.noise_alpha, device=device)
-            noise = torch.distributions.Dirichlet(alpha).sample((batch,))
-            prior = (1.0 - settings.noise_share) * prior + settings.noise_share * noise
+            logits = add_noise(logits, legal, settings)
+        actions, prior = draw_joint(logits, settings.width)
+        width, nodes, device = prior.shape[1], settings.simulations + 1, root.device
         if uavs == 1:  # all nine stand in the root, also those that are not legal there
             prior = prior * legal[:, 0]
             prior = prior / prior.sum(-1, keepdim=True).clamp(min=1e-9)
@@ -96,6 +112,8 @@ class _Tree:
         self._visits = torch.zeros((batch, nodes, width), device=device)
         self._total = torch.zeros((batch, nodes, width), device=device)
         self._reward = torch.zeros((batch, nodes, width), device=device)
+        self._judged = torch.zeros((batch, nodes), device=device)  # the network's value of each node
+        self._judged[:, 0] = value
         self._root_total, self._root_count = value.clone(), 1
         self._low = torch.full((batch,), torch.inf, device=device)
         self._high = torch.full((batch,), -torch.inf, device=device)
@@ -107,7 +125,7 @@ class _Tree:
         hidden = self._hidden[self._rows, parent]
         after, reward = self._model.step(hidden, self._actions[self._rows, parent, choice])
         logits, value = self._model.judge(after)
-        self._hidden[:, number] = after
+        self._hidden[:, number], self._judged[:, number] = after, value
         self._actions[:, number], self._prior[:, number] = draw_joint(logits, self._settings.width)
         self._child[self._rows, parent, choice] = number
         self._reward[self._rows, parent, choice] = reward
@@ -128,12 +146,19 @@ class _Tree:
             node = torch.where(going, child, node)
 
     def _pick(self, node: Tensor) -> Tensor:
-        """The child with the best pUCT score; values are normalised by what this tree has seen."""
+        """The child with the best pUCT score; values are normalised by what this tree has seen.
+
+        A child that was never visited is taken to be worth what its parent is, so that drawn actions get their turn:
+        with as few simulations as children, "worth the least" (MuZero's pseudocode) would only repeat the first two.
+        """
         visits, prior = self._visits[self._rows, node], self._prior[self._rows, node]
-        mean = self._total[self._rows, node] / visits.clamp(min=1.0)
-        spread = (self._high - self._low).clamp(min=1e-6)[:, None]
-        normal = torch.where(visits > 0, ((mean - self._low[:, None]) / spread).clamp(0.0, 1.0), 0.0)
+        total = self._total[self._rows, node]
         count = visits.sum(-1, keepdim=True)
+        parent = (self._judged[self._rows, node][:, None] + total.sum(-1, keepdim=True)) / (1.0 + count)
+        mean = torch.where(visits > 0, total / visits.clamp(min=1.0), parent)
+        spread = (self._high - self._low).clamp(min=LEAST_SPREAD)[:, None]
+        normal = torch.where(self._high[:, None] >= self._low[:, None], (mean - self._low[:, None]) / spread, 0.0)
+        normal = normal.clamp(0.0, 1.0)
         factor = C_INIT + torch.log((count + C_BASE + 1.0) / C_BASE)
         score = normal + factor * prior * torch.sqrt(count + 1.0) / (1.0 + visits)
         at_root = (node == 0)[:, None]

@@ -3,8 +3,6 @@
 import hashlib
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,16 +11,11 @@ from policy.evaluation.results import METRIC_NAMES
 from policy.evaluation.rollout import CampaignRecord, fly, jittered
 from policy.evaluation.tables.campuses import Campus, canonical
 from policy.evaluation.tables.methods import Method
+from policy.evaluation.tables.sources import code_version
 from policy.mobility.feed import TraceFeed
 from policy.mobility.traces import UserTraces
 from policy.world.scenario import Scenario
 
-_PACKAGE = Path(__file__).resolve().parents[2]
-DECIDING = (
-    *("agents", "environments", "mission_file", "mobility", "model", "search", "world"),
-    *("evaluation/rollout.py", "evaluation/tables/cells.py"),
-)
-"""Sources that decide a campaign's outcome; the others may change without a cell having to be flown again."""
 PATH_DECIMALS = 1
 """Kept paths are for drawing: decimetres are enough."""
 
@@ -68,19 +61,9 @@ def cell_key(campus: Campus, point: Point, seed: int) -> str:
         "slots": campus.slots,
         "seed": seed,
         **point.method.for_seed(seed).document(),
-        "code": code_version(),
+        "code": code_version(point.method.policy),
     }
     return hashlib.sha256(canonical(inputs).encode()).hexdigest()[:32]
-
-
-@cache
-def code_version() -> str:
-    """Digest of the sources in ``DECIDING``."""
-    digest = hashlib.sha256()
-    for place in (_PACKAGE / name for name in DECIDING):
-        for source in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
-            digest.update(f"{source.relative_to(_PACKAGE).as_posix()}\0".encode() + source.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 def fly_task(task: Task) -> dict[str, Any]:
@@ -102,7 +85,7 @@ def _inputs(task: Task) -> dict[str, Any]:
         "mcl_db": task.point.mcl_db,
         "slots": task.scenario.slots,
         "seed": task.seed,
-        "code": code_version(),
+        "code": code_version(task.method.policy),
         "finished_utc": datetime.now(UTC).isoformat(timespec="seconds"),
     }
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from policy.evaluation.tables.cells import code_version
+from policy.evaluation.tables.sources import code_version
 
 LIBRARIES = ("numpy", "numba", "onnxruntime", "matplotlib", "ray")
 

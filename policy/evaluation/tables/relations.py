@@ -9,9 +9,10 @@ import numpy as np
 
 from policy.evaluation.rollout import fly, jittered
 from policy.evaluation.tables.campuses import Campus, canonical
-from policy.evaluation.tables.cells import PATH_DECIMALS, code_version
+from policy.evaluation.tables.cells import PATH_DECIMALS
 from policy.evaluation.tables.grid import BASE_MCL_DB, BASE_UAVS
 from policy.evaluation.tables.methods import Method
+from policy.evaluation.tables.sources import code_version
 from policy.mobility.feed import TraceFeed
 from policy.mobility.traces import UserTraces
 from policy.model.checkpoint import load_evaluator
@@ -47,7 +48,7 @@ def make_relations(campus: Campus, method: Method) -> RelationsTask:
         **method.document(),
         "slots": scenario.slots,
         "slot": slot,
-        "code": code_version(),
+        "code": code_version(method.policy),
     }
     key = "relations-" + hashlib.sha256(canonical(inputs).encode()).hexdigest()[:22]
     return RelationsTask(key, campus.name, method, scenario, traces, slot)
@@ -67,7 +68,7 @@ def weigh_relations(task: RelationsTask) -> dict[str, Any]:
         "user_pos_m": np.round(state.user_pos_enu_m, PATH_DECIMALS).tolist(),
         "user_aoi_slots": np.round(state.user_aoi_slots, PATH_DECIMALS).tolist(),
         "weights": np.round(relations(task, record.states), WEIGHT_DECIMALS).tolist(),
-        "code": code_version(),
+        "code": code_version(task.method.policy),
         "finished_utc": datetime.now(UTC).isoformat(timespec="seconds"),
     }
 

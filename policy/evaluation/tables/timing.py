@@ -14,9 +14,9 @@ import numpy as np
 
 from policy.agents.base import Agent
 from policy.evaluation.tables.campuses import Campus, canonical
-from policy.evaluation.tables.cells import code_version
 from policy.evaluation.tables.grid import BASE_MCL_DB, BASE_UAVS
 from policy.evaluation.tables.methods import Method
+from policy.evaluation.tables.sources import code_version
 from policy.mobility.feed import TraceFeed, TracePlaces
 from policy.mobility.traces import UserTraces
 from policy.world.scenario import Scenario
