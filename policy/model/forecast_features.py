@@ -63,15 +63,19 @@ def turned_back(vector: FloatArray, bearing: FloatArray) -> FloatArray:
 
 
 def _crowd(seen: Seen, bearing: FloatArray) -> list[FloatArray]:
-    """For each reach where the others are on average [B, M, 2] and how many [B, M, 1]."""
-    place_m = seen.pos_enu_m - np.mean(seen.pos_enu_m, axis=1, keepdims=True)  # small numbers lose no digits below
+    """For each reach where the others are on average [B, M, 2] and how many [B, M, 1].
+
+    In float32, whose exponential runs on vector units: bells of M x M are most of a forecast's time.
+    """
+    centred_m = seen.pos_enu_m - np.mean(seen.pos_enu_m, axis=1, keepdims=True)  # small numbers lose no digits below
+    place_m = centred_m.astype(np.float32)
     east_m, north_m = place_m[..., 0], place_m[..., 1]
     square_m2 = (east_m[:, None] - east_m[:, :, None]) ** 2 + (north_m[:, None] - north_m[:, :, None]) ** 2
-    others = seen.active[:, None, :] & ~np.eye(seen.pos_enu_m.shape[1], dtype=np.bool_)
+    others = (seen.active[:, None, :] & ~np.eye(place_m.shape[1], dtype=np.bool_)).astype(np.float32)
     columns = []
     for reach_m in CROWD_M:
-        weight = np.where(others, np.exp(-0.5 * square_m2 / reach_m**2), 0.0)
+        weight = np.exp(square_m2 * np.float32(-0.5 / reach_m**2)) * others
         count = np.sum(weight, axis=2, keepdims=True)
-        pull = (weight @ place_m - count * place_m) / (count + FAINT) / reach_m
-        columns += [turned(pull, bearing), np.log1p(count)]
+        pull = (weight @ place_m - count * place_m) / ((count + np.float32(FAINT)) * np.float32(reach_m))
+        columns += [turned(pull.astype(np.float64), bearing), np.log1p(count.astype(np.float64))]
     return columns

@@ -52,6 +52,25 @@ class Beam(NamedTuple):
     aoi_slots: Float32Array  # [K', N] of all users the kernel reads
 
 
+class Draft(NamedTuple):
+    """The plans of U UAVs so far, changed in place."""
+
+    actions: IntArray  # [U, H]
+    path_m: FloatArray  # [U, H, 2]
+    vel_mps: FloatArray  # [U, H, 2] at the end of each slot
+    length: IntArray  # [U] slots planned; the rest is open
+    gap_m: Float32Array  # [U, H, N] metres from where each UAV serves for sure to each user; infinite: no plan
+
+
+class Rounds(NamedTuple):
+    """What was found on the way, for explaining: of each UAV's last search."""
+
+    kept_price: float  # of the first UAV's kept path, completed as well as can be
+    price: FloatArray  # [U, K] of its paths; NaN: no path
+    action: IntArray  # [U, K] with which they begin
+    best: IntArray  # [U] which was taken
+
+
 class Layer(NamedTuple):
     """K nodes of one depth, N as in :class:`policy.search.problem.Users`."""
 
@@ -106,6 +125,63 @@ def search(scene: Scene, start: Start, trail: Trail, others_gap_m: Float32Array)
         leaf = children.leaf[chosen]
     actions, path_m = _trace(parents, moves, places, layer.cost.size)
     return Beam(actions, path_m, layer.cost, leaf, layer.aoi_slots)
+
+
+@compiled
+def plan_rounds(scene: Scene, starts: Start, draft: Draft, order: IntArray, rounds: int) -> Rounds:
+    """Plan the UAVs in ``order`` one after the other, ``rounds`` times or until none changes its plan.
+
+    ``starts``: those of all UAVs in one, each array with a leading [U]. Prices are the beam's own, with the closed form
+    for what comes after the horizon.
+    """
+    num_uavs, beam_size = draft.length.size, scene.effort.beam
+    found = Rounds(
+        np.nan,
+        np.full((num_uavs, beam_size), np.nan),
+        np.zeros((num_uavs, beam_size), np.int64),
+        np.zeros(num_uavs, np.int64),
+    )
+    kept_price, settled = np.nan, 0  # UAVs in a row whose plan stayed: their searches would answer the same again
+    for turn in range(rounds * order.size):
+        if settled == order.size:
+            break
+        uav = order[turn % order.size]
+        others_gap_m = np.full(draft.gap_m.shape[1:], np.float32(np.inf), np.float32)
+        for other in order:
+            if other != uav:
+                others_gap_m = np.minimum(others_gap_m, draft.gap_m[other])
+        start = Start(starts.pos_m[uav], starts.step_m[uav], starts.energy_j[uav], starts.allowed[uav])
+        trail = Trail(draft.path_m[uav], draft.vel_mps[uav], draft.actions[uav], draft.length[uav])
+        beam = search(scene, start, trail, others_gap_m)
+        prices = beam.cost + beam.leaf
+        best = np.argmin(prices)  # the kept plan comes first and wins ties
+        kept_price = prices[0] if turn == 0 else kept_price
+        found.price[uav], found.best[uav] = np.nan, best
+        found.price[uav, : prices.size], found.action[uav, : prices.size] = prices, beam.actions[:, 0]
+        settled = settled + 1 if _adopt(scene, draft, uav, beam.actions[best], beam.path_m[best]) else 1
+    return Rounds(kept_price, found.price, found.action, found.best)
+
+
+@compiled
+def adopt(scene: Scene, draft: Draft, uav: int, actions: IntArray, path_m: FloatArray) -> bool:
+    """Take a found path [H, 2] for a UAV's plan; whether that is what it was."""
+    return _adopt(scene, draft, uav, actions, path_m)
+
+
+@compiled
+def _adopt(scene: Scene, draft: Draft, uav: int, actions: IntArray, path_m: FloatArray) -> bool:
+    horizon = actions.size
+    stays: bool = draft.length[uav] == horizon
+    on_trail = True
+    for depth in range(horizon):
+        is_same = path_m[depth, 0] == draft.path_m[uav, depth, 0] and path_m[depth, 1] == draft.path_m[uav, depth, 1]
+        on_trail = on_trail and is_same and depth < draft.length[uav]
+        stays = stays and is_same
+        if not (on_trail and scene.effort.by_velocity):  # a kept path keeps its velocities, between the commands'
+            draft.vel_mps[uav, depth] = scene.table.vel_mps[actions[depth]]
+    draft.actions[uav], draft.path_m[uav], draft.length[uav] = actions, path_m, horizon
+    draft.gap_m[uav] = gaps_m(scene.users, path_m)
+    return stays
 
 
 @compiled

@@ -54,7 +54,7 @@ def spent_j(problem: Problem, actions: IntArray) -> FloatArray:
 
 def path_energy_j(problem: Problem, uav: int, actions: IntArray) -> FloatArray:
     """Energy that one UAV's paths [K, H] take: [K]."""
-    start = problem.starts[uav]
+    start = problem.start(uav)
     before = np.concatenate((np.full((actions.shape[0], 1), start.allowed.shape[1]), actions[:, :-1]), axis=1)
     return np.asarray(start.energy_j[before, actions].sum(axis=1), dtype=np.float64)
 

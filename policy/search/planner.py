@@ -8,15 +8,27 @@ candidate is polished (``policy.search.polish``) before plans are compared.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from policy.search.kernel import NO_MOVE, Beam, Scene, Trail, follow, gaps_m, search
+from policy.search.kernel import (
+    NO_MOVE,
+    Beam,
+    Draft,
+    Rounds,
+    Scene,
+    Trail,
+    adopt,
+    follow,
+    gaps_m,
+    plan_rounds,
+    search,
+)
 from policy.search.leaf import LeafValue, leaf_states
 from policy.search.plan import Alternative, Kept, Plan
 from policy.search.polish import Legs, Paths, cruise, joint_price, keep_up, polish, ways_j
-from policy.search.problem import Float32Array, Problem
+from policy.search.problem import Problem
 from policy.world.arrays import FloatArray, IntArray
 from policy.world.frames import heading_rad
 from policy.world.scenario import Scenario
@@ -25,30 +37,24 @@ from policy.world.state import JointAction
 ALTERNATIVES = 3
 
 
-@dataclass
-class _Draft:
-    """The plans so far. ``gap_m`` [U, H, N] metres from where each UAV serves to each user; infinite: no plan."""
+@dataclass(frozen=True)
+class _Candidate:
+    """Polished plans with their price, and what was found on the way."""
 
-    actions: IntArray  # [U, H]
-    path_m: FloatArray  # [U, H, 2]
-    vel_mps: FloatArray  # [U, H, 2] at the end of each slot
-    length: IntArray  # [U] slots planned; the rest is open
-    gap_m: Float32Array
-
-    def trail(self, uav: int) -> Trail:
-        """One UAV's plan as the kernel keeps it."""
-        return Trail(self.path_m[uav], self.vel_mps[uav], self.actions[uav], int(self.length[uav]))
+    draft: Draft
+    value: float
+    rounds: Rounds
 
 
 def make_plan(problem: Problem, incumbent: Kept | None = None, leaf: LeafValue | None = None) -> Plan:
     """The best joint plan found. ``incumbent``: kept plans (``Plan.shifted``), None at the start."""
-    order = [int(uav) for uav in problem.planned]
-    best = _improve(problem, incumbent, order, leaf)
-    kept_value = None if incumbent is None else best.kept_value
+    order = problem.planned
+    best = first = _improve(problem, _draft(problem, incumbent), order, leaf)
     for uav in _rebuilt(problem, order):
-        other = _improve(problem, best.shifted(0).without(uav), [u for u in order if u != uav] + [uav], leaf)
+        others = order[order != uav]
+        other = _improve(problem, _without(problem, best.draft, uav), np.append(others, uav), leaf)
         best = other if other.value < best.value else best
-    return replace(best, kept_value=kept_value)
+    return _finished(problem, best, None if incumbent is None or order.size == 0 else first.rounds.kept_price)
 
 
 def final_beam(problem: Problem, plan: Plan, uav: int) -> Beam:
@@ -56,44 +62,48 @@ def final_beam(problem: Problem, plan: Plan, uav: int) -> Beam:
     return _search_one(problem, _draft(problem, plan.shifted(0)), uav)
 
 
-def _rebuilt(problem: Problem, order: list[int]) -> list[int]:
+def _rebuilt(problem: Problem, order: IntArray) -> list[int]:
     """Which UAVs' plans are thrown away in this slot: all take their turns."""
     if len(order) < 2:
         return []
     count = min(problem.settings.rebuilds, len(order))
-    return [order[(problem.state.slot * count + index) % len(order)] for index in range(count)]
+    return [int(order[(problem.state.slot * count + index) % len(order)]) for index in range(count)]
 
 
-def _improve(problem: Problem, incumbent: Kept | None, order: list[int], leaf: LeafValue | None) -> Plan:
-    """Rounds over the UAVs in ``order`` until none changes its plan, then polish."""
-    draft = _draft(problem, incumbent)
-    kept_value: float | None = None
-    alternatives: list[tuple[Alternative, ...]] = [()] * problem.scenario.num_uavs
-    settled = 0  # UAVs in a row whose plan stayed: their searches would answer the same again
-    for uav in order * problem.settings.rounds:
-        if settled == len(order):
-            break
-        beam = _search_one(problem, draft, uav)
-        prices = _prices(problem, draft, beam, uav, leaf)
-        best = int(np.argmin(prices))  # the kept plan comes first and wins ties
-        kept_value = float(prices[0]) if kept_value is None else kept_value
-        alternatives[uav] = _alternatives(beam, prices, best)
-        stays = draft.length[uav] == problem.horizon_slots and np.array_equal(draft.path_m[uav], beam.path_m[best])
-        settled = settled + 1 if stays else 1
-        vel_mps = _velocities(problem, draft, uav, beam.actions[best], beam.path_m[best])
-        _adopt(problem, draft, uav, beam.actions[best], beam.path_m[best], vel_mps)
+def _improve(problem: Problem, draft: Draft, order: IntArray, leaf: LeafValue | None) -> _Candidate:
+    """Rounds over the UAVs in ``order`` until none changes its plan, then polish. The draft becomes the candidate's."""
+    if leaf is None or problem.prices.end == 0.0:
+        rounds = plan_rounds(_scene(problem), problem.starts, draft, order, problem.settings.rounds)
+    else:
+        rounds = _rounds_by(leaf, problem, draft, order)
     _polish(problem, draft)
-    return _finished(problem, draft, leaf, kept_value, tuple(alternatives))
+    return _Candidate(draft, _value(problem, draft, leaf), rounds)
 
 
-def _finished(
-    problem: Problem,
-    draft: _Draft,
-    leaf: LeafValue | None,
-    kept_value: float | None,
-    alternatives: tuple[tuple[Alternative, ...], ...],
-) -> Plan:
-    state, planned = problem.state, problem.planned
+def _rounds_by(leaf: LeafValue, problem: Problem, draft: Draft, order: IntArray) -> Rounds:
+    """``plan_rounds`` with another price for what comes after the horizon, which machine code cannot ask for."""
+    num_uavs, beam_size = problem.scenario.num_uavs, problem.settings.beam
+    price = np.full((num_uavs, beam_size), np.nan)
+    action, best = np.zeros((num_uavs, beam_size), np.int64), np.zeros(num_uavs, np.int64)
+    kept_price, settled = math.nan, 0
+    for turn in range(problem.settings.rounds * order.size):
+        if settled == order.size:
+            break
+        uav = int(order[turn % order.size])
+        beam = _search_one(problem, draft, uav)
+        flown = np.where(draft.actions == NO_MOVE, 0, draft.actions)
+        after = leaf(leaf_states(problem, beam, uav, flown, draft.path_m))
+        prices = beam.cost + problem.prices.discount**problem.horizon_slots * np.asarray(after, dtype=np.float64)
+        best[uav] = np.argmin(prices)
+        kept_price = float(prices[0]) if turn == 0 else kept_price
+        price[uav], price[uav, : prices.size], action[uav, : prices.size] = math.nan, prices, beam.actions[:, 0]
+        stays = adopt(_scene(problem), draft, uav, beam.actions[best[uav]], beam.path_m[best[uav]])
+        settled = settled + 1 if stays else 1
+    return Rounds(kept_price, price, action, best)
+
+
+def _finished(problem: Problem, found: _Candidate, kept_value: float | None) -> Plan:
+    state, draft = problem.state, found.draft
     actions = np.where(state.uav_active[:, None], draft.actions, 0)
     path_m = np.where(state.uav_active[:, None, None], draft.path_m, state.uav_pos_enu_m[:, None])
     vel_mps = np.where(state.uav_active[:, None, None], draft.vel_mps, 0.0)
@@ -103,9 +113,9 @@ def _finished(
         path_enu_m=path_m,
         vel_enu_mps=vel_mps,
         first_action=_first_action(problem, actions, path_m, vel_mps),
-        value=_value(problem, actions, path_m, leaf) if planned.size else 0.0,
+        value=found.value,
         kept_value=kept_value,
-        alternatives=alternatives,
+        alternatives=tuple(_alternatives(found.rounds, uav) for uav in range(problem.scenario.num_uavs)),
     )
 
 
@@ -135,33 +145,36 @@ def _legs(scenario: Scenario) -> Legs:
     return Legs(float(scenario.slot_s), float(scenario.max_speed_mps), float(scenario.max_accel_mps2))
 
 
-def _value(problem: Problem, actions: IntArray, path_m: FloatArray, leaf: LeafValue | None) -> float:
+def _value(problem: Problem, draft: Draft, leaf: LeafValue | None) -> float:
     """The fleet's price, all UAVs' energy included."""
+    planned, actions, path_m = problem.planned, draft.actions, draft.path_m
+    if not planned.size:
+        return 0.0
     if problem.is_polished:
-        energy_j = ways_j(_scene(problem), problem.start_m, path_m, problem.planned)
+        energy_j = ways_j(_scene(problem), problem.start_m, path_m, planned)
     else:
-        energy_j = np.sum([_energy_j(problem, int(uav), actions) for uav in problem.planned], axis=0)
-    cost, after, aoi = joint_price(_scene(problem), path_m, energy_j, problem.planned)
+        energy_j = np.sum([_energy_j(problem, int(uav), actions) for uav in planned], axis=0)
+    cost, after, aoi = joint_price(_scene(problem), path_m, energy_j, planned)
     if leaf is None or problem.prices.end == 0.0:
         return float(cost + after)
-    uav = int(problem.planned[-1])
-    end = Beam(actions[uav, None], path_m[uav, None], np.zeros(1), np.zeros(1), aoi[None])
-    learned = leaf(leaf_states(problem, end, uav, actions, path_m))
+    uav, flown = int(planned[-1]), np.where(actions == NO_MOVE, 0, actions)
+    end = Beam(flown[uav, None], path_m[uav, None], np.zeros(1), np.zeros(1), aoi[None])
+    learned = leaf(leaf_states(problem, end, uav, flown, path_m))
     return float(cost + problem.prices.discount**problem.horizon_slots * learned[0])
 
 
 def _energy_j(problem: Problem, uav: int, actions: IntArray) -> FloatArray:
     """What one UAV's plan spends in each slot by its commands [H]."""
-    start = problem.starts[uav]
+    start = problem.start(uav)
     before = np.concatenate(([start.allowed.shape[1]], actions[uav, :-1]))
     return np.asarray(start.energy_j[before[: actions.shape[1]], actions[uav]])
 
 
-def _draft(problem: Problem, incumbent: Kept | None) -> _Draft:
+def _draft(problem: Problem, incumbent: Kept | None) -> Draft:
     num_uavs, horizon = problem.scenario.num_uavs, problem.horizon_slots
-    draft = _Draft(
+    draft = Draft(
         actions=np.full((num_uavs, horizon), NO_MOVE, dtype=np.int64),
-        path_m=np.repeat(np.asarray(problem.state.uav_pos_enu_m, dtype=np.float64)[:, None, :], horizon, axis=1),
+        path_m=np.repeat(problem.start_m[:, None, :], horizon, axis=1),
         vel_mps=np.zeros((num_uavs, horizon, 2)),
         length=np.zeros(num_uavs, dtype=np.int64),
         gap_m=np.full((num_uavs, *problem.users.east_m.shape), np.inf, dtype=np.float32),
@@ -172,11 +185,21 @@ def _draft(problem: Problem, incumbent: Kept | None) -> _Draft:
     return draft
 
 
+def _without(problem: Problem, draft: Draft, uav: int) -> Draft:
+    """A copy with one UAV's plan thrown away."""
+    copy = Draft(
+        draft.actions.copy(), draft.path_m.copy(), draft.vel_mps.copy(), draft.length.copy(), draft.gap_m.copy()
+    )
+    copy.actions[uav], copy.path_m[uav], copy.vel_mps[uav] = NO_MOVE, problem.start_m[uav], 0.0
+    copy.length[uav], copy.gap_m[uav] = 0, np.inf
+    return copy
+
+
 def _scene(problem: Problem) -> Scene:
     return Scene(problem.users, problem.prices, problem.moves.table, problem.moves.walls, problem.effort)
 
 
-def _take_up(problem: Problem, draft: _Draft, kept: Kept, uav: int) -> None:
+def _take_up(problem: Problem, draft: Draft, kept: Kept, uav: int) -> None:
     """Put one kept plan into the draft as far as it can still be flown."""
     horizon = problem.horizon_slots
     actions = kept.actions[uav, :horizon]
@@ -193,57 +216,35 @@ def _take_up(problem: Problem, draft: _Draft, kept: Kept, uav: int) -> None:
         padded[length:] = NO_MOVE
         flown = np.where(padded == NO_MOVE, 0, padded)
     else:
-        flown, path_m = follow(_scene(problem), problem.starts[uav], padded)
+        flown, path_m = follow(_scene(problem), problem.start(uav), padded)
         vel_mps = problem.moves.actions.vel_enu_mps[flown]
-    _adopt(problem, draft, uav, flown, path_m, vel_mps)
+    draft.actions[uav], draft.path_m[uav], draft.vel_mps[uav] = flown, path_m, vel_mps
     draft.length[uav] = length  # its open end stays open for the search to fill
-
-
-def _velocities(problem: Problem, draft: _Draft, uav: int, actions: IntArray, path_m: FloatArray) -> FloatArray:
-    """At the ends of a found path's slots [H, 2]: the kept path's as far as it is that, then the commands'."""
-    vel = problem.moves.actions.vel_enu_mps[actions]
-    if math.isinf(problem.scenario.max_accel_mps2):
-        return vel
-    on_trail = np.all(path_m == draft.path_m[uav], axis=-1) & (np.arange(len(actions)) < draft.length[uav])
-    return np.where(np.logical_and.accumulate(on_trail)[:, None], draft.vel_mps[uav], vel)
-
-
-def _search_one(problem: Problem, draft: _Draft, uav: int) -> Beam:
-    others = np.arange(draft.length.size) != uav
-    others_gap_m = np.min(draft.gap_m[others], axis=0, initial=np.inf)
-    return search(_scene(problem), problem.starts[uav], draft.trail(uav), others_gap_m)
-
-
-def _prices(problem: Problem, draft: _Draft, beam: Beam, uav: int, leaf: LeafValue | None) -> FloatArray:
-    """What each path of the beam costs, the time after the horizon included: [K']."""
-    if leaf is None or problem.prices.end == 0.0:
-        return beam.cost + beam.leaf
-    flown = np.where(draft.actions == NO_MOVE, 0, draft.actions)
-    after = leaf(leaf_states(problem, beam, uav, flown, draft.path_m))
-    return beam.cost + problem.prices.discount**problem.horizon_slots * np.asarray(after, dtype=np.float64)
-
-
-def _adopt(
-    problem: Problem, draft: _Draft, uav: int, actions: IntArray, path_m: FloatArray, vel_mps: FloatArray
-) -> None:
-    draft.actions[uav], draft.path_m[uav], draft.vel_mps[uav] = actions, path_m, vel_mps
-    draft.length[uav] = problem.horizon_slots
     draft.gap_m[uav] = gaps_m(problem.users, path_m)
 
 
-def _polish(problem: Problem, draft: _Draft) -> None:
+def _search_one(problem: Problem, draft: Draft, uav: int) -> Beam:
+    others = np.arange(draft.length.size) != uav
+    others_gap_m = np.min(draft.gap_m[others], axis=0, initial=np.inf)
+    trail = Trail(draft.path_m[uav], draft.vel_mps[uav], draft.actions[uav], int(draft.length[uav]))
+    return search(_scene(problem), problem.start(uav), trail, others_gap_m)
+
+
+def _polish(problem: Problem, draft: Draft) -> None:
     """Places between the moves, and the commands nearest to the ways between them."""
     if not problem.is_polished or problem.users.aoi_slots.size == 0:
         return
     paths = Paths(problem.start_m, problem.start_mps, draft.path_m, draft.vel_mps)
-    polish(_scene(problem), paths, problem.planned, _legs(problem.scenario), problem.settings.polish_sweeps)
+    legs = _legs(problem.scenario)
+    polish(_scene(problem), paths, draft.gap_m, problem.planned, legs, problem.settings.polish_sweeps)
 
 
-def _alternatives(beam: Beam, prices: FloatArray, best: int) -> tuple[Alternative, ...]:
+def _alternatives(found: Rounds, uav: int) -> tuple[Alternative, ...]:
     """The best of each other first move, best first."""
-    found: dict[int, float] = {}
-    for index in np.argsort(prices, kind="stable"):
-        action = int(beam.actions[index, 0])
-        if action != beam.actions[best, 0] and action not in found and len(found) < ALTERNATIVES:
-            found[action] = float(prices[index])
-    return tuple(Alternative(action, value) for action, value in found.items())
+    others: dict[int, float] = {}
+    prices, first = found.price[uav].tolist(), found.action[uav].tolist()
+    flown = first[found.best[uav]]
+    for price, action in sorted(pair for pair in zip(prices, first, strict=True) if not math.isnan(pair[0])):
+        if action != flown and action not in others and len(others) < ALTERNATIVES:
+            others[action] = price
+    return tuple(Alternative(action, value) for action, value in others.items())

@@ -18,12 +18,14 @@ import numpy as np
 from policy.search.compiled import compiled
 from policy.search.kernel import Scene
 from policy.search.moves import Walls
-from policy.search.problem import Float32Array, Prices, Users
+from policy.search.problem import VECTOR, Float32Array, Prices, Users
 from policy.world.arrays import FloatArray, IntArray
 
 ONE = np.float32(1.0)
 ZERO = np.float32(0.0)
 RINGS_M = (5.0, 15.0, 40.0, 90.0, 170.0)
+SHIFT_M = np.float32(RINGS_M[-1] + 0.01)
+"""No place is shifted farther at once, float32 rounding included."""
 DIRECTIONS = 10
 GOLDEN_RAD = 2.399963229728653
 """Turns each ring's directions so that no two slots and sweeps try the same ones."""
@@ -70,10 +72,11 @@ class Paths(NamedTuple):
 
 
 @compiled
-def polish(scene: Scene, paths: Paths, order: IntArray, legs: Legs, sweeps: int) -> None:
-    """Improve ``paths`` in place for the UAVs in ``order``; others stay."""
+def polish(scene: Scene, paths: Paths, gap_m: Float32Array, order: IntArray, legs: Legs, sweeps: int) -> None:
+    """Improve ``paths`` in place for the UAVs in ``order``; others stay. ``gap_m`` [U, H, N] is written: metres from
+    where each of them serves for sure to each user; it must be infinite for the others.
+    """
     path_m = paths.place_m
-    gap_m = np.full((path_m.shape[0], *scene.users.east_m.shape), np.float32(np.inf), np.float32)
     for uav in order:
         for depth in range(path_m.shape[1]):
             _gaps(scene.users, depth, path_m[uav, depth, 0], path_m[uav, depth, 1], gap_m[uav, depth])
@@ -158,6 +161,7 @@ def _sweep(scene: Scene, around: Around, path_m: FloatArray, own_gap_m: Float32A
     """One pass along one UAV's path; blocks of one place and of two by turns."""
     users, prices = scene.users, scene.prices
     horizon = users.east_m.shape[0]
+    # A slot's slopes come from the slots after it, which are not shifted before it: they hold for the whole sweep.
     slope = _slopes(users, prices, np.minimum(own_gap_m, around.others_gap_m))
     aoi = users.aoi_slots.copy()
     for depth in range(horizon):
@@ -170,8 +174,6 @@ def _sweep(scene: Scene, around: Around, path_m: FloatArray, own_gap_m: Float32A
         for user in range(aoi.size):
             gap = min(own_gap_m[depth, user], around.others_gap_m[depth, user])
             aoi[user] = ONE + min(gap * users.fade_per_m[depth, user], ONE) * aoi[user]
-        if last > depth:
-            slope = _slopes(users, prices, np.minimum(own_gap_m, around.others_gap_m))
 
 
 @compiled
@@ -187,12 +189,17 @@ def _shift(
     depth, last, sweep = where
     users, prices = scene.users, scene.prices
     discount = prices.discount**last
-    then = _crowd(users, last, around.others_gap_m[last])
-    then[PER_SLOT] = np.float32(discount) * users.weight
-    then[PER_SLOT_METRE] = ZERO
-    then[PER_SLOT_METRE if last == users.east_m.shape[0] - 1 else PER_SLOT] += slope
-    first = _crowd(users, depth, around.others_gap_m[depth])
-    first[PER_SLOT] = np.float32(prices.discount**depth) * users.weight
+    who = _in_play(users, around.others_gap_m, path_m, depth, last)
+    then = _crowd(users, last, around.others_gap_m[last], who)
+    first = _crowd(users, depth, around.others_gap_m[depth], who) if last > depth else then
+    at_end = last == users.east_m.shape[0] - 1
+    age = np.ones(then.shape[1], np.float32)
+    for index in range(who.size):
+        user = who[index]
+        age[index] = aoi[user]
+        first[PER_SLOT, index] = np.float32(prices.discount**depth) * users.weight[user]
+        then[PER_SLOT, index] = np.float32(discount) * users.weight[user] + (ZERO if at_end else slope[user])
+        then[PER_SLOT_METRE, index] = slope[user] if at_end else ZERO
     cover = np.float32(discount * prices.cover / max(users.present, 1))
     turn = GOLDEN_RAD * (7 * depth + 31 * sweep)
     cos, sin = np.cos(turn), np.sin(turn)
@@ -213,11 +220,11 @@ def _shift(
         if trial >= 0 and (max(in_2, out_2) > reach_2 or not _within(bounds, d_e, d_n)):
             continue
         if last == depth:
-            price = _price_one(then, aoi, cover, np.float32(e_1 + d_e), np.float32(n_1 + d_n))
+            price = _price_one(then, age, cover, np.float32(e_1 + d_e), np.float32(n_1 + d_n))
         else:
             place = np.float32(e_0 + d_e), np.float32(n_0 + d_n)
-            price = _price_two(first, then, aoi, cover, place, (np.float32(e_1 + d_e), np.float32(n_1 + d_n)))
-        if energy_price > 0.0:
+            price = _price_two(first, then, age, cover, place, (np.float32(e_1 + d_e), np.float32(n_1 + d_n)))
+        if energy_price > 0.0 and price < best:  # energy only adds to it
             price += energy_price * _cruise_j(cruise_j, cruise_step_m, np.sqrt(in_2))
             price += energy_price * _cruise_j(cruise_j, cruise_step_m, np.sqrt(out_2)) if ends[4] > 0.0 else 0.0
         if price < best - LEAST_GAIN:
@@ -494,11 +501,31 @@ def _bounds(walls: Walls, places_m: FloatArray) -> tuple[float, float, float, fl
 
 
 @compiled
-def _crowd(users: Users, depth: int, others_gap_m: Float32Array) -> Float32Array:
-    crowd = np.empty((7, others_gap_m.size), np.float32)
-    crowd[EAST], crowd[NORTH] = users.east_m[depth], users.north_m[depth]
-    crowd[INNER], crowd[FADE] = users.inner_m[depth], users.fade_per_m[depth]
-    crowd[OTHERS] = others_gap_m
+def _in_play(users: Users, others_gap_m: Float32Array, path_m: FloatArray, depth: int, last: int) -> IntArray:
+    """Users for whom it matters where these places are shifted; to the rest another UAV stays nearer anyway."""
+    matters = np.zeros(others_gap_m.shape[1], np.int32)
+    for slot in range(depth, last + 1):
+        east, north, others = np.float32(path_m[slot, 0]), np.float32(path_m[slot, 1]), others_gap_m[slot]
+        for user in range(matters.size):
+            d_east, d_north = users.east_m[slot, user] - east, users.north_m[slot, user] - north
+            least = np.sqrt(d_east * d_east + d_north * d_north) - users.inner_m[slot, user] - SHIFT_M
+            matters[user] |= np.int32(1) if others[user] > least else np.int32(0)
+    who, count = np.zeros(matters.size, np.int64), 0
+    for user in range(matters.size):
+        who[count] = user
+        count += matters[user]
+    return who[:count]
+
+
+@compiled
+def _crowd(users: Users, depth: int, others_gap_m: Float32Array, who: IntArray) -> Float32Array:
+    """Those users, and some who cost nothing up to whole vectors; what their ages cost is left to be filled in."""
+    crowd = np.zeros((7, -(-who.size // VECTOR) * VECTOR), np.float32)
+    for place in range(who.size):
+        user = who[place]
+        crowd[EAST, place], crowd[NORTH, place] = users.east_m[depth, user], users.north_m[depth, user]
+        crowd[INNER, place], crowd[FADE, place] = users.inner_m[depth, user], users.fade_per_m[depth, user]
+        crowd[OTHERS, place] = others_gap_m[user]
     return crowd
 
 

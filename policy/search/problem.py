@@ -58,7 +58,9 @@ class Effort(NamedTuple):
 
 
 class Start(NamedTuple):
-    """One UAV now, and its moves: row i from the velocity of action i, row A from the present velocity."""
+    """One UAV now, and its moves: row i from the velocity of action i, row A from the present velocity. Those of U
+    UAVs in one: each array has a leading [U].
+    """
 
     pos_m: FloatArray  # [2]
     step_m: FloatArray  # [A + 1, A, 2]
@@ -79,9 +81,13 @@ class Problem:
     users: Users
     prices: Prices
     effort: Effort
-    starts: tuple[Start, ...]  # [U]
+    starts: Start  # of all UAVs, each array with a leading [U]
     start_m: FloatArray  # [U, 2] as compiled code reads them: one layout, or it is compiled anew in flight
     start_mps: FloatArray  # [U, 2]
+
+    def start(self, uav: int) -> Start:
+        """One UAV's."""
+        return Start(*(values[uav] for values in self.starts))
 
     @property
     def is_polished(self) -> bool:
@@ -129,22 +135,25 @@ def make_problem(
     )
 
 
-def _starts(scenario: Scenario, moves: Moves, state: WorldState) -> tuple[Start, ...]:
-    vel, table = moves.actions.vel_enu_mps, moves.table
+def _starts(scenario: Scenario, moves: Moves, state: WorldState) -> Start:
+    vel, table, num_uavs = moves.actions.vel_enu_mps, moves.table, scenario.num_uavs
     if math.isinf(scenario.max_accel_mps2):  # the present velocity means nothing: any row of the table is its own
-        step_m, energy_j = (np.repeat(row[:1], scenario.num_uavs, axis=0) for row in (table.step_m, table.energy_j))
+        step_m, energy_j = (np.repeat(row[:1], num_uavs, axis=0) for row in (table.step_m, table.energy_j))
     else:
         step_m, energy_j = tabulate(scenario, state.uav_vel_enu_mps[:, None, :], vel[None])
-    allowed = first_moves(scenario, state, vel)
-    return tuple(
-        Start(
-            pos_m=np.array(state.uav_pos_enu_m[uav], dtype=np.float64),
-            step_m=np.concatenate((table.step_m, step_m[uav, None])),
-            energy_j=np.concatenate((table.energy_j, energy_j[uav, None])),
-            allowed=np.concatenate((table.reachable, allowed[uav, None])),
-        )
-        for uav in range(scenario.num_uavs)
+    return Start(
+        pos_m=np.array(state.uav_pos_enu_m, dtype=np.float64, order="C"),
+        step_m=_with_own_row(table.step_m, step_m),
+        energy_j=_with_own_row(table.energy_j, energy_j),
+        allowed=_with_own_row(table.reachable, first_moves(scenario, state, vel)),
     )
+
+
+def _with_own_row(table: Any, own: Any) -> Any:
+    """The table's rows [A, ...] and each UAV's own [U, ...]: [U, A + 1, ...]."""
+    rows = np.empty((own.shape[0], table.shape[0] + 1, *table.shape[1:]), dtype=table.dtype)
+    rows[:, :-1], rows[:, -1] = table, own
+    return rows
 
 
 def first_moves(scenario: Scenario, state: WorldState, vel_command_mps: FloatArray) -> BoolArray:

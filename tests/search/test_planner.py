@@ -116,7 +116,7 @@ def test_the_kernel_and_the_world_agree_on_what_is_legal(accel: float, east: flo
     problem = problem_of(place, state_of(place, 0), SearchSettings())
     vel = problem.moves.actions.vel_enu_mps
     scene = Scene(problem.users, problem.prices, problem.moves.table, problem.moves.walls, problem.effort)
-    ours = _legal(scene, problem.starts[0], (east, north), last)
+    ours = _legal(scene, problem.start(0), (east, north), last)
     worlds = legal_moves(np.array([[east, north]]), vel[last][None], vel, place) & problem.moves.table.reachable[last]
     if worlds.any():
         assert np.array_equal(ours, worlds)
@@ -182,6 +182,26 @@ def test_an_injected_leaf_value_decides() -> None:
         return 1e3 * states.uav_pos_enu_m[..., 0].sum(axis=-1)
 
     assert np.allclose(make_plan(problem, leaf=west_is_best).path_enu_m[:, 0], [[330.0, 600.0]] * 2)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_injected_leaf_value_that_is_the_closed_form_leads_to_the_same_plan(seed: int) -> None:
+    place = scenario(num_uavs=3, num_users=9)
+    problem = problem_of(place, state_of(place, seed), SearchSettings(horizon_slots=5, beam=12, rebuilds=0))
+    users = problem.users
+
+    def closed_form(states: WorldState) -> np.ndarray:
+        away_m = pairwise_distance_m(states.uav_pos_enu_m, states.user_pos_enu_m).min(axis=-2)
+        gap_m = np.maximum(away_m - users.inner_m[-1, : users.present], 0.0)
+        price = problem.prices.end * users.weight[: users.present] * states.user_aoi_slots * gap_m
+        return np.asarray(np.sum(price, axis=-1))
+
+    worse = make_plan(replace(problem, settings=replace(problem.settings, rounds=1)))
+    compiled, asked = (make_plan(problem, worse.shifted(1), leaf) for leaf in (None, closed_form))
+    assert np.allclose(asked.path_enu_m, compiled.path_enu_m)
+    assert math.isclose(asked.value, compiled.value, rel_tol=1e-4)
+    for ours, theirs in zip(asked.alternatives, compiled.alternatives, strict=True):
+        assert [other.action for other in ours] == [other.action for other in theirs]
 
 
 @pytest.mark.parametrize("accel", [math.inf, 4.5])

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from policy.search.kernel import search
 from policy.search.moves import make_moves
 from policy.search.planner import make_plan
-from policy.search.polish import Legs, cruise, joint_price, keep_up, polish, ways_j
+from policy.search.polish import SHIFT_M, Legs, _in_play, cruise, joint_price, keep_up, polish, ways_j
 from policy.search.problem import Problem, make_problem
 from policy.search.settings import SearchSettings
 from policy.world.airspace import legal_moves
@@ -90,6 +90,23 @@ def test_polishing_gains_and_flies_at_many_speeds() -> None:
     assert np.mean(values[1]) < np.mean(values[0])
     speeds = make_plan(problem_of(place, 0, POLISHED)).first_action.speed_mps
     assert np.all(speeds <= place.max_speed_mps + 1e-9)
+
+
+@settings(max_examples=50, deadline=None)
+@given(seed=st.integers(0, 10_000), shift_m=st.floats(0.0, float(SHIFT_M) - 0.01), to=st.floats(0.0, 2.0 * math.pi))
+def test_users_left_out_of_a_shift_are_those_whom_it_cannot_concern(seed: int, shift_m: float, to: float) -> None:
+    users = problem_of(scenario(num_uavs=2), seed, POLISHED, blur_m=20.0).users
+    rng = np.random.default_rng(seed)
+    path_m = rng.uniform(0.0, 1200.0, (POLISHED.horizon_slots, 2))
+    others_gap_m = rng.uniform(0.0, 900.0, users.east_m.shape).astype(np.float32)
+    others_gap_m[:, 0] = np.inf  # nobody else is there for the first
+    who = _in_play(users, others_gap_m, path_m, 1, 2)
+    left_out = np.setdiff1d(np.arange(users.present), who)
+    east, north = path_m[1:3].T + shift_m * np.array([[math.sin(to)], [math.cos(to)]])
+    away_m = np.hypot(users.east_m[1:3] - east[:, None], users.north_m[1:3] - north[:, None])
+    own_gap_m = np.maximum(away_m - users.inner_m[1:3], 0.0)
+    assert 0 in who
+    assert np.all(own_gap_m[:, left_out] >= others_gap_m[1:3, left_out])
 
 
 def test_a_kept_polished_plan_is_dropped_when_the_uav_is_elsewhere() -> None:
