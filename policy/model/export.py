@@ -4,7 +4,8 @@ import contextlib
 import json
 import logging
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from pathlib import Path
 
 import onnx
@@ -15,16 +16,36 @@ from policy.model.features import UAV_ACTION_FEATURES, UAV_FEATURES, USER_FEATUR
 from policy.model.files import write_atomically
 from policy.model.network import GcrlNetwork
 from policy.model.onnx_runner import INPUTS, SPEC_KEY
+from policy.model.spec import ModelSpec
 
 OPSET = 18
 
 
 def export_onnx(network: GcrlNetwork, path: Path) -> None:
     """Write the graph with the network's description inside; weights are embedded (one file)."""
-    with _quiet_exporter():
-        graph = _graph(network)
+    graph = onnx.ModelProto.FromString(_template(network.spec))
+    _fill(graph, network.state_dict())
     onnx.helper.set_model_props(graph, {SPEC_KEY: json.dumps(network.spec.to_json())})
     write_atomically(path, graph.SerializeToString())
+
+
+@lru_cache(maxsize=8)
+def _template(spec: ModelSpec) -> bytes:
+    """The graph of an untrained network: tracing takes many seconds, and weights do not change the graph."""
+    with _quiet_exporter():
+        return bytes(_graph(GcrlNetwork(spec)).SerializeToString())
+
+
+def _fill(graph: onnx.ModelProto, weights: Mapping[str, torch.Tensor]) -> None:
+    """Give every weight of the graph its value; RuntimeError for one that is not the network's own.
+
+    The network may have some that the graph lacks: a similarity function that needs no weights leaves its own unused.
+    """
+    for initializer in graph.graph.initializer:
+        name = initializer.name
+        if name not in weights:
+            raise RuntimeError(f"the exporter has folded weights into {name}, so the graph cannot be filled")
+        initializer.CopyFrom(onnx.numpy_helper.from_array(weights[name].detach().cpu().numpy(), name))
 
 
 def _graph(network: GcrlNetwork) -> onnx.ModelProto:
@@ -44,6 +65,7 @@ def _graph(network: GcrlNetwork) -> onnx.ModelProto:
         dynamic_shapes=axes,
         opset_version=OPSET,
         dynamo=True,
+        optimize=False,  # weights keep their names; onnxruntime folds what can be folded when it loads the graph
         verbose=False,
     )
     assert program is not None

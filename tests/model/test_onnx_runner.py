@@ -45,6 +45,19 @@ def test_both_answer_alike_for_any_number_of_uavs_and_users(
             np.testing.assert_allclose(ours, theirs, rtol=1e-4, atol=1e-4)
 
 
+def test_a_graph_is_traced_once_and_has_each_networks_own_weights(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    features, action = random_features(rng, 1, 2, 7), np.zeros((1, 2, 2), np.float32)
+    answers = []
+    for seed in (1, 2):
+        torch.manual_seed(seed)
+        network = GcrlNetwork(ModelSpec())
+        export_onnx(network, tmp_path / f"{seed}.onnx")
+        answers.append(OnnxRunner(tmp_path / f"{seed}.onnx").run(features, action).user_cost_slots)
+        np.testing.assert_allclose(answers[-1], TorchRunner(network).run(features, action).user_cost_slots, rtol=1e-4)
+    assert not np.allclose(answers[0], answers[1])
+
+
 def test_both_evaluators_agree_in_real_units(graphs: dict[str, tuple[GcrlNetwork, Path]]) -> None:
     network, path = graphs["gaussian"]
     exported, trained = NetworkEvaluator(OnnxRunner(path)), NetworkEvaluator(TorchRunner(network))
