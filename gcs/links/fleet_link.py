@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any, Final
 
 from gcs.links.commands import RefusedTicket
 from gcs.links.routes import Routes
 from gcs.links.session import VehicleSession
+from gcs.links.status import changed
 from gcs.links.wire import AUTOPILOT_COMPONENT, OWN_SYSTEM_ID, Fields, Heard, Path, Wire
 from gcs.ports import CommandTicket, SafeSetpoint, VehicleCommand, VehicleStatus
 
@@ -71,7 +71,7 @@ class WiredFleetLink:
     def _status(self, system_id: int, session: VehicleSession) -> VehicleStatus:
         links = self._routes[system_id].qualities()
         first = links[0]
-        return replace(
+        return changed(
             session.status,
             loss_ratio=first.loss_ratio,
             latency_s=first.latency_s,
