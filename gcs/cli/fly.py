@@ -248,9 +248,10 @@ def _fleet(args: argparse.Namespace, mission: Mission, drones: Mapping[int, str 
         if not addresses:
             yield _mock_fleet(args, mission, stack)
             return
-        link = open_link(addresses, args.link, signing_key=args.signing_key, recorder=_recorder(args, stack))
+        clock, recorder = RealClock(args.speedup), _recorder(args, stack)
+        link = open_link(addresses, args.link, signing_key=args.signing_key, recorder=recorder, clock=clock.now_s)
         stack.callback(link.close)
-        yield _Fleet(RealClock(args.speedup), link)
+        yield _Fleet(clock, link)
 
 
 def _recorder(args: argparse.Namespace, stack: ExitStack) -> TlogRecorder | None:

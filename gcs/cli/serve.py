@@ -122,8 +122,8 @@ def _flight(config: ServerConfig, store: Store, live: LiveCampaigns) -> Iterator
         yield IdleControl()
         return
     prepare = make_preparer(tuple(config.drones), policy_url=config.policy.url, live=live.enrol)
-    link = open_link(config.drones, config.link.library, signing_key=config.link.signing_key)
     clock = RealClock(config.server.speedup)
+    link = open_link(config.drones, config.link.library, signing_key=config.link.signing_key, clock=clock.now_s)
     link.flush(clock.now_s())  # a heartbeat: vehicles answer where they hear us, while the rules are being loaded
     loop = make_loop(clock, link, store.journal, prepare)
     Restart(store, loop, clock, prepare, config.server.speedup, live.bring_back).run()

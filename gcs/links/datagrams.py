@@ -109,10 +109,11 @@ class HeldDatagrams(Datagrams):
             if ctypes.get_errno() in _EMPTY:
                 return []
             _fail()
-        return [
-            (bytes(self._views[i][: self._headers[i].length]), _peer(bytes(self._names[_ADDRESS_BYTES * i + 2 : _ADDRESS_BYTES * i + 8])))
-            for i in range(count)
-        ]
+        return [(bytes(self._views[i][: self._headers[i].length]), self._sender(i)) for i in range(count)]
+
+    def _sender(self, index: int) -> Peer:
+        at = _ADDRESS_BYTES * index
+        return _peer(bytes(self._names[at + 2 : at + 8]))
 
     def send(self, data: bytes, peer: Peer) -> None:
         """As :meth:`Datagrams.send`."""

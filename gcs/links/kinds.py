@@ -31,7 +31,8 @@ class Kind:
     def body(self) -> Callable[[tuple[Any, ...]], Any]:
         """Makes unpacked values a message with the fields as attributes."""
         made: Any = namedtuple(self.name, self.fields)  # type: ignore[misc]  # the dialect names the fields
-        return made._make  # type: ignore[no-any-return]
+        make: Callable[[tuple[Any, ...]], Any] = made._make
+        return make
 
     @cached_property
     def defaults(self) -> Mapping[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from gcs.links.fleet_link import WiredFleetLink
+from gcs.links.fleet_link import Clock, WiredFleetLink
 from gcs.links.frame_reader import FrameReader
 from gcs.links.frame_writer import frame_of
 from gcs.links.signing import SigningKey
@@ -27,8 +27,9 @@ class PymavlinkFleetLink(WiredFleetLink):
         expected: Mapping[str, int] | None = None,
         recorder: TlogRecorder | None = None,
         signing: SigningKey | None = None,
+        clock: Clock | None = None,
     ) -> None:
-        super().__init__(PymavlinkWire(open_all(addresses), recorder, signing), expected)
+        super().__init__(PymavlinkWire(open_all(addresses), recorder, signing), expected, clock)
 
 
 class PymavlinkWire:
