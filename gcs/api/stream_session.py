@@ -48,7 +48,7 @@ class Statics(Protocol):
 
 
 class Plans:
-    """What the UAVs do in a slot, in the stream's words: the same at each tick of it, and most of a message's numbers."""
+    """What the UAVs do in a slot, in the stream's words: the same at each tick of it, and most of a tick's numbers."""
 
     def __init__(self, plans: Sequence[UavPlan]) -> None:
         self.plans, self.views = plans, plan_views(plans)

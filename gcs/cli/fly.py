@@ -24,6 +24,7 @@ from gcs.cli.flight_results import FlownCampaign, print_table, random_beside, tr
 from gcs.cli.mock_fleet import MockOptions, mock_fleet
 from gcs.cli.preflight import preflight
 from gcs.clock import ClockError, LockstepClock, RealClock
+from gcs.collector import leave_what_is_loaded
 from gcs.flight_loop import FlightLoop
 from gcs.links.fleet_link import WiredFleetLink
 from gcs.links.opening import LIBRARIES, open_link
@@ -115,6 +116,8 @@ def _fly(args: argparse.Namespace) -> int:
             log.also = (page.store.journal,)
             prepare = make_preparer(tuple(drones), policy_url=args.policy_url)
         loop = make_loop(fleet.clock, fleet.link, log, prepare)
+        if not fleet.clock.is_virtual:
+            leave_what_is_loaded()
         if page is not None:
             stack.enter_context(page.showing(loop, replace(mission, policy=policy.name), order.campaign_id))
             key = f"operator key {page.settings.one_time_key}"

@@ -24,7 +24,7 @@ from measures import percentile, summary
 from setpoints import ROOT, Relay, _start_server
 
 from gcs.mission.states import Trigger
-from gcs.ports import CampaignState, Checkpoint, DroneCheckpoint, Event, SlotRecord, UavSlot, UserSlot
+from gcs.ports import STALE_AFTER_S, CampaignState, Checkpoint, DroneCheckpoint, Event, SlotRecord, UavSlot, UserSlot
 from gcs.store.store import using_store
 from policy.mission_file import open_campaign, parse_mission
 
@@ -76,8 +76,11 @@ def load(quick: bool) -> list[Row]:
         (f"requests answered, of {REQUESTS_PER_S} a second", f"{len(latencies_s) / (measure_s + 5.0):.0f}", "1/s"),
         ("server's CPU, drones only", f"{calm.cores:.2f}", "cores"),
         ("server's CPU, all", f"{loaded.cores:.2f}", "cores"),
+        ("position too old to steer by at the end", f"{sum(v['position_age_s'] > STALE_AFTER_S for v in vehicles)}", "drones"),
+        ("drones' own clock against this one's (1 = the mock keeps up)", f"{loaded.pace:.2f}", ""),
         ("setpoint period, drones only", summary(calm.periods_s, 1e3), "ms"),
         ("setpoint period, all", summary(loaded.periods_s, 1e3), "ms"),
+        ("setpoint period, drones only, 99.9th percentile", f"{1e3 * percentile(calm.periods_s, 0.999):.1f}", "ms"),
         ("setpoint period, all, 99.9th percentile", f"{1e3 * percentile(loaded.periods_s, 0.999):.1f}", "ms"),
         ("messages lost, by the drones' own counts", f"{sum(v['loss_ratio'] > 0.0 for v in vehicles)}", "drones"),
         ("datagrams dropped at the server's sockets", f"{loaded.dropped}", ""),
@@ -100,6 +103,7 @@ class Measured:
         self.cores = (_cpu_s(pid) - begun_cpu_s) / took_s
         self.others_cores = max(0.0, (_busy_s() - begun_busy_s - (_everybody_of_ours_s() - own_s)) / took_s)
         self.dropped, self.received = _dropped(pid) - dropped, relay.received - received
+        self.pace = relay.pace(begun_s)
         stamps = [[s for s in relay.stamps[index] if s >= begun_s] for index in range(len(WATCHED))]
         self.sent = sum(map(len, stamps))
         self.periods_s = [later - earlier for one in stamps for earlier, later in pairwise(one)]
@@ -116,6 +120,7 @@ class StampingRelay(Relay):
         super().__init__(targets)
         self.received = 0
         self.left_s: dict[tuple[int, int], float] = {}
+        self.booted_s: list[tuple[float, float]] = []  # our time, and the first drone's own since boot
 
     def note(self, index: int, data: bytes, *, from_server: bool) -> None:
         """One datagram."""
@@ -124,7 +129,14 @@ class StampingRelay(Relay):
             return
         self.received += 1
         if index == 0 and len(data) > 26 and data[0] == 0xFD and int.from_bytes(data[7:10], "little") == POSITION_ID:
-            self.left_s.setdefault(struct.unpack_from("<ii", data, 14), time.perf_counter())
+            now_s = time.perf_counter()
+            self.left_s.setdefault(struct.unpack_from("<ii", data, 14), now_s)
+            self.booted_s.append((now_s, struct.unpack_from("<I", data, 10)[0] / 1e3))
+
+    def pace(self, since_s: float) -> float:
+        """Seconds on the first drone's clock for each of ours."""
+        (first_s, booted_s), *_, (last_s, last_booted_s) = [one for one in self.booted_s if one[0] >= since_s]
+        return (last_booted_s - booted_s) / (last_s - first_s)
 
     def ages_s(self, positions: list[tuple[float, float, float]]) -> list[float]:
         """How old each position (receipt, latitude, longitude) was when a page had it."""
