@@ -177,6 +177,7 @@ class WiredFleetLink:
         route = routes.find(heard.path)
         if route is not None and route.latency.on_answer(heard.body.ts1, now_s):
             self._answered_s[heard.system_id] = now_s
+            self._sessions[heard.system_id].on_time(heard.body.tc1 / 1e9, heard.body.ts1 / 1e9)
 
     def _timesync(self, tc1: int, ts1: int, path: Path, now_s: float) -> None:
         self._wire.write("TIMESYNC", {"tc1": tc1, "ts1": ts1}, (path,), now_s)

@@ -85,6 +85,10 @@ class VehicleSession:
             case _:
                 pass
 
+    def on_time(self, boot_s: float, asked_s: float) -> None:
+        """The vehicle's time since boot, in answer to a request of ours that left at ``asked_s``."""
+        self._boot_clock.answered(boot_s, asked_s)
+
     def submit(self, command: VehicleCommand, now_s: float) -> CommandTicket:
         """Open an order; a newer one with the same command number replaces an unanswered one."""
         try:

@@ -17,7 +17,7 @@ _MAX_DATAGRAM_BYTES = 65_535
 _MOST_CHUNKS = 16  # of a stream in one turn: a megabyte
 _RECONNECT_S = 1.0
 KEPT_DATAGRAMS = 2_000
-"""Of those that wait on all sockets together about so many are decoded in one turn (a tenth of a second's work)."""
+"""Of those that wait on all sockets together about so many are decoded in one turn (some 30 ms of work)."""
 LEAST_KEPT = 50
 """Of one socket, however many there are."""
 MOST_READS = 20_000
