@@ -1,9 +1,9 @@
 """When something was measured, on our clock, from the vehicle's own time since boot.
 
 A packet that a router held back for 10 s must not make a vehicle "jump" (mavlink-router#457): the vehicle's stamp says
-how old it is. The least delay seen gives the offset between the clocks; it is let rise slowly, for drift. A vehicle's clock
-that stood still for a while (a simulator on a busy machine) would seem late for hours; but what it answers to a time
-request it says after we have asked, and that bounds the offset from below, whatever delays the answer.
+how old it is. The least delay seen gives the offset between the clocks; it is let rise slowly, for drift. A vehicle's
+clock that stood still for a while (a simulator on a busy machine) would seem late for hours; but what it answers to a
+time request it says after we have asked, and that bounds the offset from below, whatever delays the answer.
 """
 
 _DRIFT_PER_S = 1e-4  # 100 ppm: worse than a flight controller's crystal

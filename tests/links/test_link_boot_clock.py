@@ -62,7 +62,8 @@ def test_no_answer_makes_a_place_younger_than_it_is(up_s: float, down_s: float, 
     clock.answered(told_s, asked_s=boot_at_s + told_s - up_s)
     assert clock.measured_s(11.0, boot_at_s + 11.0 + late_s + down_s) is not None
     assert clock._offset_s is not None
-    assert clock._offset_s <= boot_at_s + late_s + 1e-6, "no later than the least delay of a place allows"
+    drift_s = 1e-4 * (1.0 + down_s) + 1e-6
+    assert clock._offset_s <= boot_at_s + late_s + drift_s, "no later than the least delay of a place allows"
 
 
 def test_a_time_by_another_clock_is_no_proof() -> None:
