@@ -5,6 +5,7 @@ The whole, with sockets, pages and requests, is the load bench's; this one says 
 
 import gc
 import importlib
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -18,7 +19,9 @@ from gcs.collector import leave_what_is_loaded
 from gcs.links.fleet_link import WiredFleetLink
 from gcs.links.pymavlink_link import PymavlinkWire
 from gcs.links.transport import Peer
-from gcs.ports import CampaignSnapshot, CampaignState, FlightSnapshot, UavPlan, VelocitySetpoint
+from gcs.ports import CampaignSnapshot, CampaignState, FlightSnapshot, UavPlan, UavTrack, VelocitySetpoint
+from gcs.safety.envelope import Envelope
+from gcs.safety.gate import SafetyGate, Wish
 from gcs.store.event_tail import EventTail
 from policy.world.frames import LocalFrame
 
@@ -52,6 +55,7 @@ def fleet_cost(quick: bool) -> list[Row]:
         ("time requests, heartbeats and repeats, a tick", summary(flush_ms[last], 1e3), "ms"),
         ("a tick in the stream's words, all vehicles", summary(tell_ms[last], 1e3), "ms"),
         ("its change as text, for all clients of deltas", summary(text_ms[last], 1e3), "ms"),
+        ("the gate, all vehicles in layers of a metre, a tick", summary(_gate_s(ticks), 1e3), "ms"),
         ("a full garbage collection with all that a server loads", summary(_collections(), 1e3), "ms"),
         ("the same when the server has been made", summary(_frozen_collections(), 1e3), "ms"),
     ]  # fmt: skip
@@ -61,6 +65,22 @@ def _cpu_s(act: Callable[[], object]) -> float:
     begun_s = time.process_time()
     act()
     return time.process_time() - begun_s
+
+
+def _gate_s(ticks: int) -> list[float]:
+    """All wish for their top speed, each its own way, from pads 4 m apart; judged where they are by then."""
+    gate = SafetyGate(Envelope((1667.0, 1222.0), max_alt_home_m=155.0, vertical_separation_m=0.8))
+    seconds = []
+    for tick in range(ticks):
+        ahead_m = 1.8 * tick if tick < 120 else 0.0
+        wishes = []
+        for index in range(VEHICLES):
+            north, east = math.cos(index), math.sin(index)
+            place_m = (600.0 + 4.0 * index + ahead_m * east, 600.0 + ahead_m * north)
+            track = UavTrack(index + 1, *place_m, 150.0 - index, 18.0 * east, 18.0 * north, 0.0, 0.0, 0.05)
+            wishes.append(Wish(VelocitySetpoint(index + 1, (18.0 * north, 18.0 * east, 0.0), 0.0), track))
+        seconds.append(_cpu_s(lambda wishes=wishes: gate.judge(wishes)))
+    return seconds
 
 
 def _collections() -> list[float]:
