@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 from gcs.ports import SafeSetpoint
+from gcs.safety.gate import SealedSetpoint
 
 logger = logging.getLogger(__name__)
 
@@ -28,7 +29,7 @@ class DeadMan:
     def __init__(self, now_s: Callable[[], float], send: Send) -> None:
         self._now_s, self._send = now_s, send
         self.hands = threading.Lock()
-        self._holds: Sequence[SafeSetpoint] = ()
+        self._newest: Sequence[SealedSetpoint] = ()
         self._fed_s = now_s()
         self._held_s = 0.0
         self._over = threading.Event()
@@ -48,25 +49,25 @@ class DeadMan:
             self._thread.join()
         self._thread = None
 
-    def feed(self, holds: Sequence[SafeSetpoint]) -> float:
-        """The loop lives; ``holds``: what to send if this was its last tick. Returns for how long it held, in s."""
+    def feed(self, newest: Sequence[SealedSetpoint]) -> float:
+        """The loop lives; ``newest``: whom it has told something. Returns for how long they were held before, in s."""
         held_s, self._held_s = self._held_s, 0.0
-        self._holds, self._fed_s = holds, self._now_s()
+        self._newest, self._fed_s = newest, self._now_s()
         return held_s
 
     def step(self) -> bool:
         """One look; True when holds were sent."""
         now_s = self._now_s()
         silent_s = now_s - self._fed_s
-        if not HOLD_AFTER_S < silent_s < SILENT_AFTER_S or not self._holds:
+        if not HOLD_AFTER_S < silent_s < SILENT_AFTER_S or not self._newest:
             return False
         if not self.hands.acquire(blocking=False):
             return False
         try:
             if now_s - self._fed_s <= HOLD_AFTER_S:  # it came back meanwhile
                 return False
-            for hold in self._holds:
-                self._send(hold, now_s)
+            for setpoint in self._newest:
+                self._send(setpoint.at_rest("the flight loop stalled"), now_s)
             self._held_s = silent_s
         finally:
             self.hands.release()

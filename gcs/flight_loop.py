@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from gcs.dead_man import DeadMan
+from gcs.late_setpoints import LateSetpoints
 from gcs.mission.manager import MissionManager, Refused
 from gcs.mission.order import CampaignOrder
 from gcs.mission.preflight import Line, check_fleet, red_lines
@@ -32,7 +33,6 @@ from gcs.ports import (
     OperatorRequest,
     RequestKind,
     RequestOutcome,
-    SafeSetpoint,
     Severity,
     Verdict,
 )
@@ -93,6 +93,7 @@ class FlightLoop:
         self._snapshot = FlightSnapshot(clock.now_s(), 0)
         self._failing_since_s: float | None = None
         self._dead_man = DeadMan(clock.now_s, link.send)
+        self._late = LateSetpoints()
         self._untold: deque[tuple[Callable[[], bool], _Told]] = deque(maxlen=MOST_UNTOLD)
         self._told: _Told = (None, False, ())
 
@@ -147,9 +148,10 @@ class FlightLoop:
 
     def tick(self) -> FlightSnapshot:
         """One tick, in the order that the module names."""
-        now_s = self._wait()
+        due_s = self._wait()
         with self._dead_man.hands:
-            self._link.poll(now_s)
+            self._link.poll(due_s)
+        now_s = self._clock.now_s()  # a poll that took long makes what it brought old
         self._take_requests(now_s)
         safe = self._fly(now_s)
         with self._dead_man.hands:
@@ -159,11 +161,16 @@ class FlightLoop:
                 self._link.flush(now_s)
         for notice in self._link.drain_notices():
             self._journal.record(Event(now_s, "link.notice", notice, Severity.WARNING))
-        held_s = self._dead_man.feed([setpoint.at_rest("the flight loop stalled") for setpoint in safe])
+        self._tell_delays(self._dead_man.feed(safe), now_s)
+        return self._publish(now_s)
+
+    def _tell_delays(self, held_s: float, now_s: float) -> None:
         if held_s:
             message = f"the flight loop stalled for {held_s:.1f} s or more; its drones were told to stop meanwhile"
             self._journal.record(Event(now_s, "loop.stalled", message, Severity.WARNING))
-        return self._publish(now_s)
+        late = self._late.report(now_s)
+        if late:
+            self._journal.record(Event(now_s, "loop.late", late, Severity.WARNING))
 
     def _fly(self, now_s: float) -> list[SealedSetpoint]:
         """The mission's setpoints; a mission that fails is a defect, and its drones hold, then nothing is sent."""
@@ -216,17 +223,15 @@ class FlightLoop:
             self._missed, self._missed_reported_s = 0, now_s
         return now_s
 
-    def _send(self, safe: Sequence[SafeSetpoint], now_s: float) -> None:
-        """In real time a large fleet's setpoints are spread over the tick."""
-        if self._clock.is_virtual or len(safe) <= SPREAD_FROM:
-            for setpoint in safe:
-                self._link.send(setpoint, now_s)
-            return
-        bursts = -(-len(safe) // SPREAD_FROM)
+    def _send(self, safe: Sequence[SealedSetpoint], judged_s: float) -> None:
+        """In real time a large fleet's setpoints are spread over the tick; what has become old is not sent."""
+        bursts = 1 if self._clock.is_virtual else -(-len(safe) // SPREAD_FROM)
         for burst in range(bursts):
-            self._clock.wait_until(now_s + burst * SPREAD_SHARE * TICK_S / bursts)
-            for setpoint in safe[burst * SPREAD_FROM : (burst + 1) * SPREAD_FROM]:
-                self._link.send(setpoint, self._clock.now_s())
+            if burst > 0:
+                self._clock.wait_until(judged_s + burst * SPREAD_SHARE * TICK_S / bursts)
+            for setpoint in safe if bursts == 1 else safe[burst * SPREAD_FROM : (burst + 1) * SPREAD_FROM]:
+                now_s = self._clock.now_s()
+                self._link.send(self._late.in_time(setpoint, judged_s, now_s), now_s)
 
     def _publish(self, now_s: float) -> FlightSnapshot:
         wall_s = time.monotonic()

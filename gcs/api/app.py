@@ -44,6 +44,9 @@ from gcs.ports import FlightControl, Severity
 from gcs.store.store import Store
 
 REFUSALS_A_SECOND = 5  # in the audit log; strangers cannot fill the store, /metrics counts them all
+NO_TELEMETRY: Any = {"tracing": False, "metrics": False, "logs": False}
+"""FastAPI's own hooks for OpenTelemetry: nobody listens, /metrics counts, and to ask costs 8 % of each request."""
+
 BEARER = HTTPBearer(auto_error=False, description="python -m gcs keys add makes one")  # for the documentation only
 
 PROBLEMS: dict[int | str, dict[str, Any]] = {
@@ -66,7 +69,13 @@ def create_app(
 ) -> FastAPI:
     """REST, WebSocket and page over a running flight. ``live`` is shared with who flies live users' campaigns."""
     context = ApiContext(control, store, settings, live or LiveCampaigns())
-    app = FastAPI(title="UAV crowdsensing ground control", version=settings.version, docs_url=None, redoc_url=None)
+    app = FastAPI(
+        title="UAV crowdsensing ground control",
+        version=settings.version,
+        docs_url=None,
+        redoc_url=None,
+        telemetry=NO_TELEMETRY,
+    )
     app.state.context = context
     app.state.snapshots = SnapshotSource(control, store.tail, context.catalog)
     app.state.seats = stream.Seats(settings.max_streams)

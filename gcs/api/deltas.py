@@ -4,9 +4,10 @@ A fleet in motion changes little of what is known about it: with 100 vehicles an
 are some 800 kB/s, changes with sensible digits 120 kB/s (``tests/api/test_deltas.py`` measures).
 """
 
+from collections.abc import Sequence
 from typing import Any
 
-from gcs.api.schemas import DeltaMessage, SnapshotMessage
+from gcs.api.schemas import DeltaMessage, PlanView, SnapshotMessage
 
 Json = dict[str, Any]
 OTHER_DIGITS = 2
@@ -14,13 +15,28 @@ DIGITS = {"lat_deg": 7, "lon_deg": 7} | dict.fromkeys(  # 1 cm
     ("metrics", "yaw_rad", "loss_ratio", "battery_fraction", "setpoint_period_s"), 4
 )
 
+_SCALES = tuple(10.0**digits for digits in range(8))
+_MOST = 1e15  # beyond it a float has no decimals left to lose
 
-def told(message: SnapshotMessage) -> Json:
-    """A snapshot as a client that takes deltas knows it: rounded, and without the explanation, which has a route."""
-    whole = message.model_dump(mode="json")
-    if whole["campaign"] is not None:
-        whole["campaign"]["explanation"] = {}
-    return _rounded(whole)  # type: ignore[no-any-return]
+
+def told(message: SnapshotMessage, plans: list[Json] | None = None) -> Json:
+    """A snapshot as a client that takes deltas knows it: rounded, and without the explanation, which has a route.
+
+    ``plans``: the campaign's plans as :func:`plans_told` has them, where they have been made before.
+    """
+    whole = message.model_dump(mode="json", exclude={"campaign": {"plans", "explanation"}})
+    _round_all(whole, OTHER_DIGITS)
+    if message.campaign is not None:
+        whole["campaign"] |= {"plans": plans_told(message.campaign.plans) if plans is None else plans}
+        whole["campaign"] |= {"explanation": {}}
+    return whole
+
+
+def plans_told(plans: Sequence[PlanView]) -> list[Json]:
+    """Rounded."""
+    made = [plan.model_dump(mode="json") for plan in plans]
+    _round_list(made, OTHER_DIGITS)
+    return made
 
 
 def delta(before: Json | None, now: Json) -> DeltaMessage | None:
@@ -48,11 +64,31 @@ def _changed(before: Json, now: Json) -> Json:
     return {name: value for name, value in now.items() if name not in before or before[name] != value}
 
 
-def _rounded(value: Any, digits: int = OTHER_DIGITS) -> Any:
-    if isinstance(value, float):
-        return round(value, digits)
-    if isinstance(value, list):
-        return [_rounded(one, digits) for one in value]
-    if isinstance(value, dict):
-        return {name: _rounded(one, DIGITS.get(name, digits)) for name, one in value.items()}
-    return value
+def _round_all(whole: Json, digits: int) -> None:
+    """In place, since it is a fresh copy: thousands of numbers ten times a second."""
+    for name, value in whole.items():
+        kind = type(value)
+        if kind is float:
+            whole[name] = _rounded(value, DIGITS.get(name, digits))
+        elif kind is list:
+            _round_list(value, DIGITS.get(name, digits))
+        elif kind is dict:
+            _round_all(value, DIGITS.get(name, digits))
+
+
+def _round_list(values: list[Any], digits: int) -> None:
+    for place, value in enumerate(values):
+        kind = type(value)
+        if kind is float:
+            values[place] = _rounded(value, digits)
+        elif kind is list:
+            _round_list(value, digits)
+        elif kind is dict:
+            _round_all(value, digits)
+
+
+def _rounded(value: float, digits: int) -> float:
+    """To the nearest decimal; a quarter of the time of ``round(value, digits)``. What is no number stays as it is."""
+    scale = _SCALES[digits]
+    scaled = value * scale
+    return round(scaled) / scale if -_MOST < scaled < _MOST else value

@@ -7,14 +7,15 @@ tick is made once, whoever asks: a hundred vehicles for twenty clients would tak
 
 import json
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol, cast
 
 from pydantic import ValidationError
 
 from gcs.api.auth import Actor
-from gcs.api.deltas import delta, told
+from gcs.api.deltas import delta, plans_told, told
 from gcs.api.schemas import (
     CampaignMessage,
     CampaignStatic,
@@ -27,8 +28,8 @@ from gcs.api.schemas import (
     Topic,
     UserView,
 )
-from gcs.api.views import event_message, snapshot_message, user_views
-from gcs.ports import FlightControl, FlightSnapshot
+from gcs.api.views import event_message, plan_views, snapshot_message, user_views
+from gcs.ports import FlightControl, FlightSnapshot, UavPlan
 from gcs.store.event_tail import EventTail
 from policy.world.frames import LocalFrame
 
@@ -46,12 +47,25 @@ class Statics(Protocol):
     def battery_j(self, campaign_id: str) -> float | None: ...
 
 
+class Plans:
+    """What the UAVs do in a slot, in the stream's words: the same at each tick of it, and most of a tick's numbers."""
+
+    def __init__(self, plans: Sequence[UavPlan]) -> None:
+        self.plans, self.views = plans, plan_views(plans)
+
+    @cached_property
+    def told(self) -> list[dict[str, Any]]:
+        """As clients of deltas know them."""
+        return plans_told(self.views)
+
+
 @dataclass
 class Tick:
     """A snapshot in the stream's words, without users; its texts are made when they are first asked for."""
 
     message: SnapshotMessage
     users: list[UserView]
+    plans: Plans
     _text: str | None = None
     _told: dict[str, Any] | None = None
     _changes: dict[int, tuple[dict[str, Any], str]] = field(default_factory=dict)  # by the identity of what was before
@@ -68,7 +82,7 @@ class Tick:
     def told(self) -> dict[str, Any]:
         """As a client that takes deltas knows it; shared by all of them, never changed."""
         with self._lock:
-            self._told = self._told or told(self.message)
+            self._told = self._told or told(self.message, self.plans.told)
             return self._told
 
     def change(self, before: dict[str, Any] | None) -> str:
@@ -91,6 +105,7 @@ class SnapshotSource:
         self._control, self._tail, self._statics = control, tail, statics
         self._lock = threading.Lock()
         self._newest: tuple[FlightSnapshot, bool, Tick] | None = None
+        self._plans = Plans(())
 
     def newest(self) -> Tick:
         """The message without users, and the users to add for who has not had them."""
@@ -103,9 +118,18 @@ class SnapshotSource:
             frame = None if campaign is None else self._statics.frame(campaign.campaign_id)
             battery_j = None if campaign is None else self._statics.battery_j(campaign.campaign_id)
             verdicts = self._tail.verdicts()
-            message = snapshot_message(snapshot, healthy=healthy, frame=frame, verdicts=verdicts, battery_j=battery_j)
+            if campaign is not None and campaign.plans != self._plans.plans:
+                self._plans = Plans(campaign.plans)
+            message = snapshot_message(
+                snapshot,
+                healthy=healthy,
+                frame=frame,
+                verdicts=verdicts,
+                battery_j=battery_j,
+                plans=self._plans.views,
+            )
             users = [] if campaign is None or campaign.latest is None else user_views(campaign.latest)
-            tick = Tick(message, users)
+            tick = Tick(message, users, self._plans)
             self._newest = (snapshot, healthy, tick)
             return tick
 

@@ -1,7 +1,7 @@
 """Flight values in the stream's words (gcs.api.schemas). Pure."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 from gcs.api.schemas import (
@@ -31,8 +31,9 @@ def snapshot_message(
     frame: LocalFrame | None,
     verdicts: Mapping[int, Event],
     battery_j: float | None = None,
+    plans: list[PlanView] | None = None,
 ) -> SnapshotMessage:
-    """Without users: the stream adds them for clients that have not had them."""
+    """Without users: the stream adds them for clients that have not had them. ``plans``: the campaign's, if made."""
     return SnapshotMessage(
         time_s=snapshot.time_s,
         tick=snapshot.tick,
@@ -44,7 +45,7 @@ def snapshot_message(
             vehicle_view(vehicle, snapshot.time_s, frame, verdicts.get(vehicle.system_id), battery_j)
             for vehicle in snapshot.vehicles
         ],
-        campaign=None if snapshot.campaign is None else campaign_view(snapshot.campaign),
+        campaign=None if snapshot.campaign is None else campaign_view(snapshot.campaign, plans),
     )
 
 
@@ -100,8 +101,8 @@ def return_fraction(vehicle: VehicleStatus, frame: LocalFrame, battery_j: float)
     return return_energy_j(distance_m, max(0.0, vehicle.alt_home_m)) / battery_j
 
 
-def campaign_view(campaign: CampaignSnapshot) -> CampaignView:
-    """Without users."""
+def campaign_view(campaign: CampaignSnapshot, plans: list[PlanView] | None = None) -> CampaignView:
+    """Without users; ``plans`` where they have been made before."""
     return CampaignView(
         campaign_id=campaign.campaign_id,
         name=campaign.name,
@@ -113,12 +114,17 @@ def campaign_view(campaign: CampaignSnapshot) -> CampaignView:
         slot_elapsed_s=campaign.slot_elapsed_s,
         reason=str(jsonable(campaign.reason)),
         metrics=metrics_view(campaign.metrics),
-        plans=[_plan_view(plan) for plan in campaign.plans],
+        plans=plan_views(campaign.plans) if plans is None else plans,
         users=None,
         users_slot=None if campaign.latest is None else campaign.latest.slot,
         decision_ms=campaign.decision_ms,
         explanation=jsonable(campaign.explanation),
     )
+
+
+def plan_views(plans: Sequence[UavPlan]) -> list[PlanView]:
+    """What the UAVs do in the present slot."""
+    return [_plan_view(plan) for plan in plans]
 
 
 def metrics_view(metrics: Metrics | None) -> MetricsView | None:

@@ -24,6 +24,7 @@ from gcs.cli.flight_results import FlownCampaign, print_table, random_beside, tr
 from gcs.cli.mock_fleet import MockOptions, mock_fleet
 from gcs.cli.preflight import preflight
 from gcs.clock import ClockError, LockstepClock, RealClock
+from gcs.collector import leave_what_is_loaded
 from gcs.flight_loop import FlightLoop
 from gcs.links.fleet_link import WiredFleetLink
 from gcs.links.opening import LIBRARIES, open_link
@@ -115,6 +116,8 @@ def _fly(args: argparse.Namespace) -> int:
             log.also = (page.store.journal,)
             prepare = make_preparer(tuple(drones), policy_url=args.policy_url)
         loop = make_loop(fleet.clock, fleet.link, log, prepare)
+        if not fleet.clock.is_virtual:
+            leave_what_is_loaded()
         if page is not None:
             stack.enter_context(page.showing(loop, replace(mission, policy=policy.name), order.campaign_id))
             key = f"operator key {page.settings.one_time_key}"
@@ -248,9 +251,10 @@ def _fleet(args: argparse.Namespace, mission: Mission, drones: Mapping[int, str 
         if not addresses:
             yield _mock_fleet(args, mission, stack)
             return
-        link = open_link(addresses, args.link, signing_key=args.signing_key, recorder=_recorder(args, stack))
+        clock, recorder = RealClock(args.speedup), _recorder(args, stack)
+        link = open_link(addresses, args.link, signing_key=args.signing_key, recorder=recorder, clock=clock.now_s)
         stack.callback(link.close)
-        yield _Fleet(RealClock(args.speedup), link)
+        yield _Fleet(clock, link)
 
 
 def _recorder(args: argparse.Namespace, stack: ExitStack) -> TlogRecorder | None:

@@ -23,6 +23,7 @@ from gcs.cli.errors import complain
 from gcs.cli.restart import Restart, close
 from gcs.cli.server_options import with_options
 from gcs.clock import RealClock
+from gcs.collector import leave_what_is_loaded
 from gcs.config import ConfigError, ServerConfig, load_config
 from gcs.links.opening import open_link
 from gcs.links.transport import LinkError
@@ -73,6 +74,7 @@ def _serve(config: ServerConfig, store: Store) -> None:
         from gcs.api.server import serve  # noqa: PLC0415
 
         app = create_app(flight, store, settings, live)
+        leave_what_is_loaded()
         print(f"gcs: open {shown_address(listener, encrypted=tls is not None)}", flush=True)
         if settings.one_time_key is not None:
             print(f"gcs: operator key until this server ends: {settings.one_time_key}", flush=True)
@@ -122,12 +124,13 @@ def _flight(config: ServerConfig, store: Store, live: LiveCampaigns) -> Iterator
         yield IdleControl()
         return
     prepare = make_preparer(tuple(config.drones), policy_url=config.policy.url, live=live.enrol)
-    link = open_link(config.drones, config.link.library, signing_key=config.link.signing_key)
     clock = RealClock(config.server.speedup)
+    link = open_link(config.drones, config.link.library, signing_key=config.link.signing_key, clock=clock.now_s)
     link.flush(clock.now_s())  # a heartbeat: vehicles answer where they hear us, while the rules are being loaded
     loop = make_loop(clock, link, store.journal, prepare)
     Restart(store, loop, clock, prepare, config.server.speedup, live.bring_back).run()
     sys.setswitchinterval(SWITCH_S)
+    leave_what_is_loaded()
     thread = threading.Thread(target=loop.run, name="flight", daemon=True)
     thread.start()
     try:

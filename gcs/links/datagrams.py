@@ -15,6 +15,7 @@ import sys
 from functools import lru_cache
 
 MAX_BYTES = 65_535
+AT_ONCE = 8  # a tick's share of a busy vehicle
 _ADDRESS_BYTES = 16  # struct sockaddr_in
 _EMPTY = frozenset({errno.EAGAIN, errno.EWOULDBLOCK})
 
@@ -27,42 +28,92 @@ class Datagrams:
     def __init__(self, own: socket.socket) -> None:
         self._socket = own
 
-    def receive(self) -> tuple[bytes, Peer]:
-        """The next datagram and who sent it; BlockingIOError when none is waiting."""
-        return self._socket.recvfrom(MAX_BYTES)
+    def receive(self) -> list[tuple[bytes, Peer]]:
+        """Up to :data:`AT_ONCE` datagrams and who sent them; when they are fewer, no more are waiting now."""
+        received: list[tuple[bytes, Peer]] = []
+        while len(received) < AT_ONCE:
+            try:
+                received.append(self._socket.recvfrom(MAX_BYTES))
+            except BlockingIOError:
+                break
+            except ConnectionRefusedError:
+                if not received:
+                    raise
+        return received
 
     def send(self, data: bytes, peer: Peer) -> None:
         """One datagram."""
         self._socket.sendto(data, peer)
 
 
+class _Piece(ctypes.Structure):
+    """struct iovec."""
+
+    _fields_ = (("base", ctypes.c_void_p), ("length", ctypes.c_size_t))
+
+
+class _Message(ctypes.Structure):
+    """struct msghdr."""
+
+    _fields_ = (
+        ("name", ctypes.c_void_p),
+        ("name_length", ctypes.c_uint32),
+        ("pieces", ctypes.POINTER(_Piece)),
+        ("pieces_length", ctypes.c_size_t),
+        ("control", ctypes.c_void_p),
+        ("control_length", ctypes.c_size_t),
+        ("flags", ctypes.c_int),
+    )
+
+
+class _Header(ctypes.Structure):
+    """struct mmsghdr: where to write, and how many bytes were received."""
+
+    _fields_ = (("message", _Message), ("length", ctypes.c_uint))
+
+
 class HeldDatagrams(Datagrams):
-    """The same through libc, without letting go of the interpreter."""
+    """The same through libc, without letting go of the interpreter, and several datagrams a call."""
 
     def __init__(self, own: socket.socket) -> None:
         super().__init__(own)
         libc = ctypes.PyDLL(None, use_errno=True)
-        self._recvfrom, self._sendto = libc.recvfrom, libc.sendto
-        self._recvfrom.restype = self._sendto.restype = ctypes.c_ssize_t
+        self._recvmmsg, self._sendto = libc.recvmmsg, libc.sendto
         flags, length = ctypes.c_int, ctypes.c_size_t
-        self._recvfrom.argtypes = [flags, ctypes.c_void_p, length, flags, ctypes.c_void_p, ctypes.c_void_p]
+        self._recvmmsg.argtypes = [flags, ctypes.c_void_p, ctypes.c_uint, flags, ctypes.c_void_p]
+        self._sendto.restype = ctypes.c_ssize_t
         self._sendto.argtypes = [flags, ctypes.c_char_p, length, flags, ctypes.c_char_p, ctypes.c_uint32]
-        self._data = bytearray(MAX_BYTES)
-        self._address = bytearray(_ADDRESS_BYTES)
-        self._length = ctypes.c_uint32(_ADDRESS_BYTES)
-        self._data_at = ctypes.addressof((ctypes.c_char * MAX_BYTES).from_buffer(self._data))
-        self._address_at = ctypes.addressof((ctypes.c_char * _ADDRESS_BYTES).from_buffer(self._address))
-        self._length_at = ctypes.addressof(self._length)
+        self._make_room()
 
-    def receive(self) -> tuple[bytes, Peer]:
-        """As :meth:`Datagrams.receive`."""
-        self._length.value = _ADDRESS_BYTES
-        count = self._recvfrom(
-            self._socket.fileno(), self._data_at, MAX_BYTES, socket.MSG_DONTWAIT, self._address_at, self._length_at
+    def _make_room(self) -> None:
+        """Headers that name a buffer and an address each; the kernel writes into all of them, so they are copied."""
+        self._data, self._names = bytearray(AT_ONCE * MAX_BYTES), bytearray(AT_ONCE * _ADDRESS_BYTES)
+        self._views = [memoryview(self._data)[i * MAX_BYTES : (i + 1) * MAX_BYTES] for i in range(AT_ONCE)]
+        data_at = ctypes.addressof((ctypes.c_char * len(self._data)).from_buffer(self._data))
+        names_at = ctypes.addressof((ctypes.c_char * len(self._names)).from_buffer(self._names))
+        self._pieces = [_Piece(data_at + i * MAX_BYTES, MAX_BYTES) for i in range(AT_ONCE)]
+        self._fresh = (_Header * AT_ONCE)(
+            *(
+                _Header(_Message(names_at + i * _ADDRESS_BYTES, _ADDRESS_BYTES, ctypes.pointer(piece), 1))
+                for i, piece in enumerate(self._pieces)
+            )
         )
+        self._headers = (_Header * AT_ONCE)()
+        self._headers_at, self._fresh_at = ctypes.addressof(self._headers), ctypes.addressof(self._fresh)
+
+    def receive(self) -> list[tuple[bytes, Peer]]:
+        """As :meth:`Datagrams.receive`."""
+        ctypes.memmove(self._headers_at, self._fresh_at, ctypes.sizeof(self._fresh))
+        count = self._recvmmsg(self._socket.fileno(), self._headers_at, AT_ONCE, socket.MSG_DONTWAIT, None)
         if count < 0:
+            if ctypes.get_errno() in _EMPTY:
+                return []
             _fail()
-        return bytes(memoryview(self._data)[:count]), _peer(bytes(self._address[2:8]))
+        return [(bytes(self._views[i][: self._headers[i].length]), self._sender(i)) for i in range(count)]
+
+    def _sender(self, index: int) -> Peer:
+        at = _ADDRESS_BYTES * index
+        return _peer(bytes(self._names[at + 2 : at + 8]))
 
     def send(self, data: bytes, peer: Peer) -> None:
         """As :meth:`Datagrams.send`."""

@@ -1,14 +1,14 @@
 """A fleet over any MAVLink library: who is heard where, what is believed, what is sent. Never waits."""
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
 from gcs.links.commands import RefusedTicket
 from gcs.links.routes import Routes
 from gcs.links.session import VehicleSession
+from gcs.links.status import changed
 from gcs.links.wire import AUTOPILOT_COMPONENT, OWN_SYSTEM_ID, Fields, Heard, Path, Wire
 from gcs.ports import CommandTicket, SafeSetpoint, VehicleCommand, VehicleStatus
 
@@ -24,16 +24,20 @@ _GCS_HEARTBEAT: Final[Fields] = {  # MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID, MAV_ST
 _AUTOPILOT_INVALID: Final = 8
 _VEHICLE_TYPES_EXCLUDED: Final = frozenset({5, 6, 18, 26, 27, 30})  # tracker, GCS, companion, gimbal, ADSB, camera
 
+Clock = Callable[[], float]
+
 
 class WiredFleetLink:
     """:class:`gcs.ports.FleetLink` over a :class:`Wire`.
 
     ``expected`` maps an address to the system id that must answer there; others there are refused with a notice.
-    Several addresses with the same id are several links to one vehicle.
+    Several addresses with the same id are several links to one vehicle. ``clock`` tells when messages have been read;
+    without one they count as received when they are polled. In real time it matters: a message that comes while a slow
+    poll is under way would seem to have come before it left, and every later one of that vehicle too old.
     """
 
-    def __init__(self, wire: Wire, expected: Mapping[str, int] | None = None) -> None:
-        self._wire, self._expected = wire, dict(expected or {})
+    def __init__(self, wire: Wire, expected: Mapping[str, int] | None = None, clock: Clock | None = None) -> None:
+        self._wire, self._expected, self._clock = wire, dict(expected or {}), clock
         self._sessions: dict[int, VehicleSession] = {}
         self._routes: dict[int, Routes] = {}
         self._answered_s: dict[int, float] = {}
@@ -46,8 +50,10 @@ class WiredFleetLink:
 
     def poll(self, now_s: float) -> None:
         """Read everything that is waiting."""
-        for heard in self._wire.read(now_s):
-            self._receive(heard, now_s)
+        arrived = self._wire.read(now_s)
+        received_s = now_s if self._clock is None else self._clock()
+        for heard in arrived:
+            self._receive(heard, received_s)
         if now_s >= self._overrun_due_s:
             self._tell_overruns(now_s)
 
@@ -71,7 +77,7 @@ class WiredFleetLink:
     def _status(self, system_id: int, session: VehicleSession) -> VehicleStatus:
         links = self._routes[system_id].qualities()
         first = links[0]
-        return replace(
+        return changed(
             session.status,
             loss_ratio=first.loss_ratio,
             latency_s=first.latency_s,
@@ -171,6 +177,7 @@ class WiredFleetLink:
         route = routes.find(heard.path)
         if route is not None and route.latency.on_answer(heard.body.ts1, now_s):
             self._answered_s[heard.system_id] = now_s
+            self._sessions[heard.system_id].on_time(heard.body.tc1 / 1e9, heard.body.ts1 / 1e9)
 
     def _timesync(self, tc1: int, ts1: int, path: Path, now_s: float) -> None:
         self._wire.write("TIMESYNC", {"tc1": tc1, "ts1": ts1}, (path,), now_s)

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any, Final
 
-from gcs.links.fleet_link import WiredFleetLink
+from gcs.links.fleet_link import Clock, WiredFleetLink
 from gcs.links.frames import FrameCutter
 from gcs.links.tlog import TlogRecorder
 from gcs.links.transport import LinkError, Transport, open_all
@@ -31,13 +31,14 @@ class MavsdkFleetLink(WiredFleetLink):
         addresses: Sequence[str],
         expected: Mapping[str, int] | None = None,
         recorder: TlogRecorder | None = None,
+        clock: Clock | None = None,
     ) -> None:
         try:
             mavsdk = importlib.import_module("mavsdk")
             direct = importlib.import_module("mavsdk.plugins.mavlink_direct")
         except ImportError as error:
             raise LinkError("the mavsdk link needs MAVSDK; pip install 'uav-crowdsensing[mavsdk]'") from error
-        super().__init__(MavsdkWire(mavsdk, direct, open_all(addresses), recorder), expected)
+        super().__init__(MavsdkWire(mavsdk, direct, open_all(addresses), recorder), expected, clock)
 
 
 class MavsdkWire:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from gcs.links.fleet_link import WiredFleetLink
+from gcs.links.fleet_link import Clock, WiredFleetLink
 from gcs.links.mavsdk_link import MavsdkFleetLink
 from gcs.links.pymavlink_link import PymavlinkFleetLink
 from gcs.links.signing import read_key
@@ -33,15 +33,16 @@ def open_link(
     *,
     signing_key: Path | None = None,
     recorder: TlogRecorder | None = None,
+    clock: Clock | None = None,
 ) -> WiredFleetLink:
-    """Open all links of a fleet; LinkError, in one line, when one cannot be."""
+    """Open all links of a fleet; LinkError, in one line, when one cannot be. ``clock``: the flight's, in real time."""
     addresses = addresses_of(drones)
     expected = {address: system_id for address, system_id in addresses.items() if system_id is not None}
     if library == "mavsdk":
         if signing_key is not None:
             raise LinkError("the mavsdk link cannot sign; fly signed vehicles with --link pymavlink")
-        return MavsdkFleetLink(list(addresses), expected, recorder)
+        return MavsdkFleetLink(list(addresses), expected, recorder, clock)
     if library != "pymavlink":
         raise LinkError(f"link {library!r} is not known; choose one of {', '.join(LIBRARIES)}")
     signing = None if signing_key is None else read_key(signing_key)
-    return PymavlinkFleetLink(list(addresses), expected, recorder, signing)
+    return PymavlinkFleetLink(list(addresses), expected, recorder, signing, clock)

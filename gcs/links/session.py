@@ -1,7 +1,6 @@
 """One vehicle's MAVLink session, sans-IO: messages in, status out; what is to be sent goes to a callback."""
 
 from collections import deque
-from dataclasses import replace
 from functools import partial
 from typing import Any, Final, Protocol
 
@@ -15,7 +14,7 @@ from gcs.links.commands import (
 )
 from gcs.links.modes import PX4
 from gcs.links.parameters import ParameterReader, decode_value, limits_from
-from gcs.links.status import UPDATES, with_heartbeat, with_position
+from gcs.links.status import UPDATES, changed, with_heartbeat, with_position
 from gcs.links.subscriptions import Subscriptions
 from gcs.links.texts import TextJoiner
 from gcs.links.wire import Fields
@@ -64,7 +63,7 @@ class VehicleSession:
         if update is not None:
             self.status = update(self.status, message)
             if self._motors_lost:
-                self.status = replace(self.status, motors_ok=False)
+                self.status = changed(self.status, motors_ok=False)
         match name:
             case "HEARTBEAT":
                 self.status = with_heartbeat(self.status, message, now_s)
@@ -80,11 +79,15 @@ class VehicleSession:
                 self._on_param(message)
             case "SYSTEM_TIME" if message.time_unix_usec > 0:
                 offset_s = message.time_unix_usec / 1e6 - now_s
-                self.status = replace(self.status, clock_offset_s=offset_s)
+                self.status = changed(self.status, clock_offset_s=offset_s)
             case "AUTOPILOT_VERSION":
                 self._bytewise_params = not message.capabilities & _CAPABILITY_PARAM_C_CAST
             case _:
                 pass
+
+    def on_time(self, boot_s: float, asked_s: float) -> None:
+        """The vehicle's time since boot, in answer to a request of ours that left at ``asked_s``."""
+        self._boot_clock.answered(boot_s, asked_s)
 
     def submit(self, command: VehicleCommand, now_s: float) -> CommandTicket:
         """Open an order; a newer one with the same command number replaces an unanswered one."""
@@ -116,7 +119,7 @@ class VehicleSession:
         if name is not None:
             send("PARAM_REQUEST_READ", {"param_id": name, "param_index": -1})
         elif not self.status.parameters_settled and self._parameters.settled(self.status.autopilot, now_s):
-            self.status = replace(self.status, parameters_settled=True)
+            self.status = changed(self.status, parameters_settled=True)
 
     def _on_position(self, message: Any, now_s: float) -> None:
         if message.lat == 0 and message.lon == 0:
@@ -134,7 +137,7 @@ class VehicleSession:
             lost = name == "EKF_STATUS_REPORT" and bool(message.flags & _EKF_CONST_POS)
             self._estimator_ok = bool(message.flags & _POS_HORIZ_ABS) and not lost
         ready = self._estimator_ok and (self._prearm_ok or self.status.armed)
-        self.status = replace(self.status, position_ready=ready)
+        self.status = changed(self.status, position_ready=ready)
 
     def _on_text(self, message: Any) -> None:
         text = self._joiner.take(message)
@@ -142,7 +145,7 @@ class VehicleSession:
             return
         self._texts.append(text)
         self._motors_lost |= any(words in text.lower() for words in _MOTOR_WORDS)
-        self.status = replace(self.status, texts=tuple(self._texts), motors_ok=not self._motors_lost)
+        self.status = changed(self.status, texts=tuple(self._texts), motors_ok=not self._motors_lost)
         for transaction in self._commands.values():
             transaction.on_text(text)
 
@@ -158,7 +161,7 @@ class VehicleSession:
         value = decode_value(message.param_value, message.param_type, bytewise=bytewise)
         if self._parameters.on_value(message.param_id.rstrip("\0"), value):
             limits = limits_from(self.status.autopilot, self._parameters.values)
-            self.status = replace(self.status, limits=limits, parameters=dict(self._parameters.values))
+            self.status = changed(self.status, limits=limits, parameters=dict(self._parameters.values))
 
 
 def _send_long(send: Send, wire: LongCommand, confirmation: int, *, everywhere: bool = False) -> None:

@@ -1,8 +1,7 @@
 """What a MAVLink library has to do for a fleet link: frames to messages, messages to frames. Two do it here."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Final, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 OWN_SYSTEM_ID: Final = 245  # not 255: another ground station there would keep ArduPilot's failsafe quiet for us
 OWN_COMPONENT_ID: Final = 190  # MAV_COMP_ID_MISSIONPLANNER
@@ -12,17 +11,18 @@ Fields = Mapping[str, Any]
 """A message's fields by their names in the MAVLink definitions."""
 
 
-@dataclass(frozen=True, slots=True)
-class Path:
+class Path(NamedTuple):
     """One way to a vehicle: our address, and who was heard there (host, port)."""
 
     address: str
     peer: tuple[str, int]
 
 
-@dataclass(frozen=True, slots=True)
-class Heard:
-    """A decoded message: ``body`` has the fields as attributes; ``sequence`` None where the library hides it."""
+class Heard(NamedTuple):
+    """A decoded message: ``body`` has the fields as attributes, or is None where only the header was read.
+
+    ``sequence`` is None where the library hides it.
+    """
 
     path: Path
     name: str

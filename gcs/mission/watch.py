@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import lru_cache
 
 import numpy as np
 
@@ -43,10 +44,15 @@ def return_energy_j(
     ``top_mps``: the airspeed that it can fly; a wind near it makes the way home slow.
     """
     ground_mps = max(SLOWEST_WAY_HOME_MPS, min(RETURN_SPEED_MPS, top_mps - wind_mps))
-    airspeeds_mps = np.array([ground_mps + wind_mps, 0.0, wind_mps])
-    powers_w = propulsion_power_w(airspeeds_mps)
-    descent_w = float(np.max(powers_w[1:]))
-    return float(powers_w[0]) * distance_m / ground_mps + descent_w * altitude_m / DESCENT_MPS
+    way_w, descent_w = _powers_w(ground_mps, wind_mps)
+    return way_w * distance_m / ground_mps + descent_w * altitude_m / DESCENT_MPS
+
+
+@lru_cache(maxsize=256)
+def _powers_w(ground_mps: float, wind_mps: float) -> tuple[float, float]:
+    """Flying against the wind and descending in it; asked for each vehicle at each tick, and mostly the same."""
+    powers_w = propulsion_power_w(np.array([ground_mps + wind_mps, 0.0, wind_mps]))
+    return float(powers_w[0]), float(np.max(powers_w[1:]))
 
 
 def battery_low(

@@ -110,7 +110,9 @@ class SafetyGate:
         for row, (i, wish) in enumerate(steered):
             system_id = wish.setpoint.system_id
             east, north, up = safe[row].tolist()
-            self._sent.setdefault(system_id, deque(maxlen=self._most_ticks)).appendleft((east, north, up))
+            if system_id not in self._sent:
+                self._sent[system_id] = deque(maxlen=self._most_ticks)
+            self._sent[system_id].appendleft((east, north, up))
             self._sides[system_id] = (float(sides[row, 0]), float(sides[row, 1]))
             action, cause = _action(int(choices[row]), int(causes[row])), _CAUSES[causes[row]]
             setpoint = wish.setpoint
@@ -137,7 +139,8 @@ class SafetyGate:
         yaw_rad = track.yaw_rad if track is not None else yaw_rad
         # What it was told before stays remembered: a blind vehicle may not hear this hold either, and braking is one
         # of the ways that the others keep clear of anyway.
-        self._sent.setdefault(system_id, deque([(0.0, 0.0, 0.0)], maxlen=self._most_ticks))
+        if system_id not in self._sent:
+            self._sent[system_id] = deque([(0.0, 0.0, 0.0)], maxlen=self._most_ticks)
         return SealedSetpoint(_SEAL, VelocitySetpoint(system_id, (0.0, 0.0, 0.0), yaw_rad), GateAction.HELD, reason)
 
 

@@ -42,9 +42,9 @@ class Events:
 
     def find(self, wanted: EventFilter, limit: int = 1_000, offset: int = 0) -> Sequence[EventRecord]:
         """In the order in which they were recorded."""
-        query = select(EventRow).where(*_conditions(wanted)).order_by(EventRow.id).limit(limit).offset(offset)
-        with Session(self.engine) as session:
-            return [event_record(row) for row in session.scalars(query)]
+        query = select(EventRow.__table__).where(*_conditions(wanted)).order_by(EventRow.id)
+        with self.engine.connect() as connection:  # a page asks often: plain rows take half the time of mapped ones
+            return [event_record(row) for row in connection.execute(query.limit(limit).offset(offset))]
 
     def during(self, campaign_id: str, first: datetime, last: datetime, limit: int) -> Sequence[EventRecord]:
         """All of a campaign, and what belongs to none but was recorded while it was flown, such as a latched stop."""

@@ -6,6 +6,8 @@ from dataclasses import dataclass, fields
 from datetime import datetime
 from typing import Any
 
+from sqlalchemy import Row
+
 from gcs.ports import CampaignState, Checkpoint, DecisionRecord, DroneCheckpoint, SlotRecord, UavSlot, UserSlot
 from gcs.store.models import CampaignRow, EventRow, SlotRow
 from policy.world.metrics import Metrics
@@ -54,15 +56,19 @@ class EventRecord:
     data: Mapping[str, Any]
 
 
+_CAMPAIGN_FIELDS = tuple(field.name for field in fields(CampaignRecord))
+_EVENT_FIELDS = tuple(field.name for field in fields(EventRecord))
+
+
 def campaign_record(row: CampaignRow) -> CampaignRecord:
     """Row to value."""
-    values = {field.name: getattr(row, field.name) for field in fields(CampaignRecord)}
+    values = {name: getattr(row, name) for name in _CAMPAIGN_FIELDS}
     return CampaignRecord(**values | {"state": CampaignState(row.state)})
 
 
-def event_record(row: EventRow) -> EventRecord:
+def event_record(row: EventRow | Row[Any]) -> EventRecord:
     """Row to value."""
-    return EventRecord(**{field.name: getattr(row, field.name) for field in fields(EventRecord)})
+    return EventRecord(**{name: getattr(row, name) for name in _EVENT_FIELDS})
 
 
 def slot_record(row: SlotRow) -> SlotRecord:

@@ -6,9 +6,11 @@ from typing import Any
 
 import pytest
 from fleet_at_work import RATE_HZ, fleet_snapshot
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from test_stream_session import Client
 
-from gcs.api.deltas import delta, told
+from gcs.api.deltas import _rounded, delta, plans_told, told
 from gcs.api.schemas import SnapshotMessage
 from gcs.api.views import snapshot_message
 from policy.world.frames import LocalFrame
@@ -90,3 +92,29 @@ def test_a_hundred_vehicles_and_two_thousand_users_stay_below_200_kb_a_second() 
     rate = sent / ticks * RATE_HZ
     print(f"{rate / 1000:.0f} kB/s")
     assert rate < LIMIT_BYTES_A_S
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.floats(-1e7, 1e7), st.sampled_from((2, 4, 7)))
+def test_rounding_is_to_the_nearest_decimal(value: float, digits: int) -> None:
+    rounded = _rounded(value, digits)
+    assert abs(rounded - value) <= 0.5 * 10.0**-digits * 1.001 + 1e-9
+    assert float(f"{rounded:.{digits}f}") == rounded
+
+
+@pytest.mark.parametrize("value", [float("inf"), float("-inf"), 1e300, 1e18])
+def test_what_has_no_decimals_stays_as_it_is(value: float) -> None:
+    assert _rounded(value, 7) == value
+
+
+def test_a_number_that_is_none_stays_one() -> None:
+    assert _rounded(float("nan"), 2) != _rounded(float("nan"), 2)
+
+
+def test_plans_made_once_are_told_as_if_made_at_each_tick() -> None:
+    now = message(3, vehicles=4, users=2)
+    assert now.campaign is not None
+    assert now.campaign.plans
+    plans = plans_told(now.campaign.plans)
+    assert told(now, plans) == told(now)
+    assert all(len(str(number)) < 12 for plan in plans for point in plan["path_m"] for number in point)

@@ -14,6 +14,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from autopilots import mock_speed
 from decisions import decision_times
+from fleet_cost import fleet_cost
 from flights import campaign_wall_times
 from load import load
 from setpoints import setpoint_periods
@@ -26,6 +27,7 @@ SECTIONS: dict[str, tuple[str, Callable[[bool], list[Row]]]] = {
     "mock": ("The mock autopilot, CPU time on one thread", mock_speed),
     "flights": ("A campaign over MAVLink sockets, as fast as the machine allows", campaign_wall_times),
     "setpoints": ("Setpoint period on the wire while the API serves 200 requests/s", setpoint_periods),
+    "fleet": ("What a hundred vehicles cost the server by part, CPU time on one thread", fleet_cost),
     "load": ("100 drones at 50 messages/s, 20 pages, 200 requests/s on one server", load),
 }
 

@@ -145,7 +145,8 @@ def _start_server(stack: ExitStack, ports: list[int], store: str) -> tuple[str, 
     command = [sys.executable, "-m", "gcs", "serve", "--port", "0", "--store", store]
     for index, port in enumerate(ports):
         command += ["--drone", f"{index + 1}=udpout:127.0.0.1:{port}"]
-    process = stack.enter_context(subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True))
+    pipe = subprocess.PIPE
+    process = stack.enter_context(subprocess.Popen(command, cwd=ROOT, stdout=pipe, text=True, start_new_session=True))
     stack.callback(process.terminate)
     base = key = ""
     assert process.stdout is not None

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from gcs.links.datagrams import Datagrams
+from gcs.links.datagrams import AT_ONCE, Datagrams
 from gcs.links.fleet_link import OVERRUN_NOTICE_S
 from gcs.links.pymavlink_link import PymavlinkFleetLink
 from gcs.links.transport import LEAST_KEPT, MOST_READS, UdpTransport, open_all
@@ -42,8 +42,8 @@ def test_a_flood_without_end_does_not_keep_the_flight(monkeypatch: pytest.Monkey
     count = iter(range(10 * MOST_READS))
 
     class Endless(Datagrams):
-        def receive(self) -> tuple[bytes, tuple[str, int]]:
-            return next(count).to_bytes(4, "little"), ("127.0.0.1", 9)
+        def receive(self) -> list[tuple[bytes, tuple[str, int]]]:
+            return [(next(count).to_bytes(4, "little"), ("127.0.0.1", 9)) for _ in range(AT_ONCE)]
 
     monkeypatch.setattr(transport, "_datagrams", Endless(peer))
     assert len(transport.read(0.0)) == 10

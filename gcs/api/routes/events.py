@@ -1,6 +1,5 @@
 """The audit log."""
 
-from dataclasses import asdict
 from datetime import datetime
 from typing import Annotated
 
@@ -33,7 +32,7 @@ def events(
     log = context.store.events
     skipped = max(0, log.count(wanted) - limit) if newest else 0
     found = log.find(wanted, limit + 1, skipped)
-    views = [EventView(**asdict(event)) for event in found[:limit]]
+    views = [EventView(**vars(event)) for event in found[:limit]]
     return EventPage(events=views, next_after_id=views[-1].id if len(found) > limit else None)
 
 
