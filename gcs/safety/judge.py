@@ -6,7 +6,7 @@ Which of the commands on their way it has heard nobody knows: until the new one 
 A velocity is let through when none of these ways, each with full braking at its end, leads out of the fence, into an
 obstacle's margin or nearer than the separation to any way of another UAV. Braking is always such a way of a velocity
 let through before, so a fleet that only took such velocities always has it left. Who is in a margin already (gusts,
-a pilot) may do what leads no deeper, and is pushed out.
+a pilot) may do what leads no deeper, and is pushed out. Heights count as the envelope of all climbs that may act.
 
 All compiled code stands in this one file on purpose: numba's cache looks at the file of the function that is called,
 and a stale copy of a rule that stands elsewhere would fly on unnoticed.
@@ -58,6 +58,11 @@ NONE, LIMIT, FENCE, OBSTACLE, SEPARATION = 0, 1, 2, 3, 4
 
 SIDE_KEPT_TICKS = 100.0
 """A UAV that was bent to one side goes on round that side for 10 s: else it would dither before a wall."""
+
+HOLDING_MPS = 0.5
+"""Vertical speeds up to this are the small moves of holding a height; a rival over or under is kept off no faster."""
+HEIGHT_SPARE = 0.125
+"""Share of the vertical separation that two UAVs over one another keep beyond it: half of what layers leave."""
 
 _PUSH_PER_S = 0.5
 _PUSH_MPS = 2.0
@@ -242,9 +247,15 @@ def fill_kept_ways(ways: FloatArray, place: FloatArray, told: FloatArray, b: Bou
 
 
 @njit(cache=True)
+def acting_climbs(sent: FloatArray, climbs: FloatArray) -> None:
+    """Lowest and highest climb among ``sent`` [S, 3] into ``climbs`` [2]: here none counts as alike another one."""
+    climbs[0], climbs[1] = sent[:, 2].min(), sent[:, 2].max()
+
+
+@njit(cache=True)
 def levelled_off_m(climb_mps: float, b: Bounds) -> float:
     """Height gained until a climb or descent has been stopped; the small moves of holding a height count as none."""
-    if abs(climb_mps) < 0.5:
+    if abs(climb_mps) <= HOLDING_MPS:
         return 0.0
     lasting_s = b.reaction_s + b.tick_s + b.timeout_s
     return climb_mps * lasting_s + climb_mps * abs(climb_mps) / (2.0 * b.vertical_accel_mps2)
@@ -267,9 +278,13 @@ def limited(wish: FloatArray, alt_m: float, b: Bounds) -> tuple[float, float, fl
     """Level speed, climb and altitude band; the direction stays."""
     speed = math.sqrt(wish[0] * wish[0] + wish[1] * wish[1])
     share = b.max_speed_mps / speed if speed > b.max_speed_mps else 1.0
-    up = min(b.max_climb_mps, max(-b.max_descent_mps, wish[2]))
-    up = min(max(up, -_approach_mps(alt_m - b.min_alt_m, b)), _approach_mps(b.max_alt_m - alt_m, b))
-    return wish[0] * share, wish[1] * share, up
+    return wish[0] * share, wish[1] * share, _in_band(wish[2], alt_m, b)
+
+
+@njit(cache=True)
+def _in_band(climb_mps: float, alt_m: float, b: Bounds) -> float:
+    up = min(b.max_climb_mps, max(-b.max_descent_mps, climb_mps))
+    return min(max(up, -_approach_mps(alt_m - b.min_alt_m, b)), _approach_mps(b.max_alt_m - alt_m, b))
 
 
 @njit(cache=True)
@@ -322,14 +337,54 @@ def _separation_depth_m(own: FloatArray, count: int, rival: FloatArray, rival_co
 
 
 @njit(cache=True)
-def _is_level(place: FloatArray, up: float, rival: FloatArray, rival_up: float, b: Bounds) -> bool:
-    """The heights of two UAVs may come nearer than the vertical separation."""
-    gain, now = levelled_off_m(up, b), levelled_off_m(place[5], b)
-    low, high = place[2] + min(0.0, gain, now), place[2] + max(0.0, gain, now)
-    gain, now = levelled_off_m(rival_up, b), levelled_off_m(rival[5], b)
-    rival_low, rival_high = rival[2] + min(0.0, gain, now), rival[2] + max(0.0, gain, now)
+def heights_m(place: FloatArray, lowest_mps: float, highest_mps: float, b: Bounds) -> tuple[float, float]:
+    """Between which heights a UAV levels off: of its present climb and of the lowest and highest that it may obey."""
+    now, low, high = levelled_off_m(place[5], b), levelled_off_m(lowest_mps, b), levelled_off_m(highest_mps, b)
+    return place[2] + min(0.0, now, low), place[2] + max(0.0, now, high)
+
+
+@njit(cache=True)
+def _is_level(i: int, up: float, r: int, places: FloatArray, climbs: FloatArray, b: Bounds) -> bool:
+    """The heights of two UAVs may come nearer than the vertical separation, should the first be told to climb by up."""
+    low, high = heights_m(places[i], min(up, climbs[i, 0]), max(up, climbs[i, 1]), b)
+    rival_low, rival_high = heights_m(places[r], climbs[r, 0], climbs[r, 1], b)
     apart_m: float = max(low - rival_high, rival_low - high)
     return apart_m < b.vertical_separation_m
+
+
+@njit(cache=True)
+def _climb_bounds(
+    i: int, up: float, places: FloatArray, near: IntArray, ways: FloatArray, ways_count: IntArray, b: Bounds
+) -> tuple[float, float]:
+    """Least and greatest climb with rivals over and under, whose ways the UAV's own may cross.
+
+    Each of the two may come nearer in height only so fast that it still stops beyond the separation and the spare;
+    within it both are pushed apart. Without that, what gusts add to two heights held is never taken back.
+    """
+    low, high = -math.inf, math.inf
+    for r in near:
+        gap_m = places[i, 2] - places[r, 2]
+        above = gap_m > 0.0 or (gap_m == 0.0 and i < r)
+        room_m = abs(gap_m) - (1.0 + HEIGHT_SPARE) * b.vertical_separation_m
+        toward = _approach_mps(0.5 * room_m, b) if room_m > 0.0 else max(-HOLDING_MPS, room_m)
+        if toward >= 0.0 and (-up if above else up) <= toward:
+            continue
+        if _separation_depth_m(ways[i], ways_count[i], ways[r], ways_count[r], b) <= 0.0:
+            continue
+        if above:
+            low = max(low, -toward)
+        else:
+            high = min(high, toward)
+    return low, high
+
+
+@njit(cache=True)
+def _between(climb: float, bounds: tuple[float, float], alt_m: float, b: Bounds) -> float:
+    """The climb within the bounds, in the middle where they leave nothing; the altitude band stands above them."""
+    low, high = bounds
+    if low <= climb <= high:
+        return climb
+    return _in_band(0.5 * (low + high) if low > high else min(high, max(low, climb)), alt_m, b)
 
 
 @njit(cache=True)
@@ -385,10 +440,12 @@ def _in_order(k: int, kept: bool) -> int:
 
 
 @njit(cache=True)
-def _candidate(out: FloatArray, choice: int, vel: FloatArray, push: tuple[float, float], side: float) -> bool:
-    """Write velocity number ``choice``; False where it repeats another one."""
+def _candidate(
+    out: FloatArray, choice: int, vel: FloatArray, push: tuple[float, float], hold: float, side: float
+) -> bool:
+    """Write velocity number ``choice``; ``hold``: the climb that stops it. False where it repeats another one."""
     if choice == BRAKE:
-        out[0], out[1], out[2] = push[0], push[1], 0.0
+        out[0], out[1], out[2] = push[0], push[1], hold
         return True
     i, mirrored = choice // 2, choice % 2 == 1
     if mirrored and (_TURNS[i] == 0.0 or _TURNS[i] > 3.1):
@@ -397,7 +454,7 @@ def _candidate(out: FloatArray, choice: int, vel: FloatArray, push: tuple[float,
     cos, sin, share = math.cos(turn), math.sin(turn), _SHARES[i]
     out[0] = share * (vel[0] * cos + vel[1] * sin) + push[0]
     out[1] = share * (vel[1] * cos - vel[0] * sin) + push[1]
-    out[2] = 0.0 if i == 1 else vel[2]
+    out[2] = hold if i == 1 else vel[2]
     return True
 
 
@@ -406,6 +463,7 @@ def judge_fleet(
     places: FloatArray,
     told: FloatArray,
     tolds: IntArray,
+    climbs: FloatArray,
     wishes: FloatArray,
     sides: FloatArray,
     b: Bounds,
@@ -415,15 +473,15 @@ def judge_fleet(
     """Safe velocities [K, 3], choices [K] and causes [K] for the first K of N UAVs; their order is the right of way.
 
     ``places`` [N, 6] east, north, up and velocity; ``told`` [N, TOLD_MOST, 3] the velocities of which the first
-    ``tolds`` [N], at least one, may still act, the newest first (:func:`still_acting`); ``wishes`` [K, 3]; ``sides``
-    [N, 2] the side a UAV is going round (1 right, -1 left) and for how many more ticks, updated here.
+    ``tolds`` [N], at least one, may still act, the newest first (:func:`still_acting`); ``climbs`` [N, 2] the lowest
+    and highest climb among all that may (:func:`acting_climbs`), widened here by the new ones; ``wishes`` [K, 3];
+    ``sides`` [N, 2] the side a UAV is going round (1 right, -1 left) and for how many more ticks, updated here.
     """
     count, steered = len(places), len(wishes)
     out, choices, causes = np.zeros((steered, 3)), np.zeros(steered, np.int64), np.zeros(steered, np.int64)
     ways, ways_count = np.empty((count, 2 * SEGMENTS, 4)), np.zeros(count, np.int64)
     for i in range(count):
         ways_count[i] = fill_kept_ways(ways[i], places[i], told[i, : tolds[i]], b)
-    climbs = told[:, 0, 2].copy()
     for i in range(steered):
         vel, acting = np.array(limited(wishes[i], places[i, 2], b)), told[i, : tolds[i]]
         choices[i], causes[i] = _choose(
@@ -431,7 +489,7 @@ def judge_fleet(
         )
         if choices[i] == 0 and causes[i] == NONE and np.max(np.abs(out[i] - wishes[i])) > 1e-9:
             causes[i] = LIMIT
-        climbs[i] = out[i, 2]
+        climbs[i, 0], climbs[i, 1] = min(climbs[i, 0], out[i, 2]), max(climbs[i, 1], out[i, 2])
         ways_count[i] += fill_ways(ways[i, ways_count[i] :], places[i], acting, out[i], b)
     return out, choices, causes
 
@@ -452,8 +510,11 @@ def _choose(
     starts: IntArray,
 ) -> tuple[int, int]:
     near = _rivals(i, places, b)
-    level = np.array([r for r in near if _is_level(places[i], 0.0, places[r], climbs[r], b)], dtype=np.int64)
+    bounds = _climb_bounds(i, vel[2], places, near, ways, ways_count, b)
+    hold = _between(0.0, bounds, places[i, 2], b)
+    level = np.array([r for r in near if _is_level(i, hold, r, places, climbs, b)], dtype=np.int64)
     push = _push(places[i], places, level, b, edges, starts)
+    asked_up, vel[2] = vel[2], _between(vel[2], bounds, places[i, 2], b)
     kept = sides[i, 1] > 0.0
     side = sides[i, 0] if kept else 1.0
     own = np.empty((SEGMENTS, 4))
@@ -461,22 +522,25 @@ def _choose(
     cause, choice = NONE, 0
     for k in range(BRAKE + 1):
         choice = _in_order(k, kept)
-        if not _candidate(out, choice, vel, push, side):
+        if not _candidate(out, choice, vel, push, hold, side):
             continue
         n = fill_ways(own, places[i], told, out, b)
         depths[0], depths[1] = _fixed_depths(own, n, b, edges, starts)
         depths[2] = -math.inf
         for r in near:
-            if _is_level(places[i], out[2], places[r], climbs[r], b):
+            if _is_level(i, out[2], r, places, climbs, b):
                 depths[2] = max(depths[2], _separation_depth_m(own, n, ways[r], ways_count[r], b))
         if choice == 0 and np.max(depths) > 0.0:
             cause = FENCE + int(np.argmax(depths))
-            _allow(allowed, i, push, places, told, climbs, ways, ways_count, near, own, b, edges, starts)
+            braking = np.array([push[0], push[1], hold])
+            _allow(allowed, i, braking, places, told, climbs, ways, ways_count, near, own, b, edges, starts)
         if choice == BRAKE or _is_allowed(depths, allowed):
             break
     _remember(sides, i, choice, side)
     if choice == 0 and (push[0] != 0.0 or push[1] != 0.0) and cause == NONE:
         cause = FENCE if _fence_depth_m(places[i, 0], places[i, 1], b) > 0.0 else OBSTACLE
+    if choice == 0 and cause == NONE and vel[2] != asked_up:
+        cause = SEPARATION
     return choice, cause
 
 
@@ -490,7 +554,7 @@ def _is_allowed(depths: FloatArray, allowed: FloatArray) -> bool:
 def _allow(
     allowed: FloatArray,
     i: int,
-    push: tuple[float, float],
+    braking: FloatArray,
     places: FloatArray,
     told: FloatArray,
     climbs: FloatArray,
@@ -503,12 +567,11 @@ def _allow(
     starts: IntArray,
 ) -> None:
     """What full braking cannot avoid is no reason against another velocity."""
-    braking = np.array([push[0], push[1], 0.0])
     n = fill_ways(own, places[i], told, braking, b)
     fence, obstacle = _fixed_depths(own, n, b, edges, starts)
     allowed[0], allowed[1], allowed[2] = max(0.0, fence), max(0.0, obstacle), 0.0
     for r in near:
-        if _is_level(places[i], 0.0, places[r], climbs[r], b):
+        if _is_level(i, braking[2], r, places, climbs, b):
             allowed[2] = max(allowed[2], _separation_depth_m(own, n, ways[r], ways_count[r], b))
 
 
