@@ -1,12 +1,13 @@
 """The gate in a kinematic simulation: whatever is asked, no UAV leaves the fence, hits a wall or meets another."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from point_mass import PointMass, setpoint
 
 from gcs.ports import UavTrack, VelocitySetpoint
 from gcs.safety import judge as rules
@@ -16,39 +17,6 @@ from policy.world.geometry import distance_to_polygon_m
 
 TOWER = ((200.0, 200.0), (260.0, 200.0), (260.0, 280.0), (200.0, 280.0))
 ENVELOPE = Envelope(size_m=(600.0, 500.0), obstacles=(TOWER,), obstacle_names=("tower",))
-
-
-@dataclass
-class PointMass:
-    """A vehicle that takes up a commanded velocity after a dead time, at a limited acceleration."""
-
-    east_m: float
-    north_m: float
-    alt_m: float
-    vel: np.ndarray
-    accel: float
-    dead_ticks: int
-
-    def __post_init__(self) -> None:
-        self.queue = [self.vel.copy()] * self.dead_ticks
-
-    def fly(self, command_enu: tuple[float, float, float], tick_s: float) -> None:
-        self.queue.append(np.array(command_enu))
-        change = self.queue.pop(0) - self.vel
-        size = float(np.linalg.norm(change[:2]))
-        if size > self.accel * tick_s:
-            change[:2] *= self.accel * tick_s / size
-        self.vel = self.vel + change
-        self.east_m += self.vel[0] * tick_s
-        self.north_m += self.vel[1] * tick_s
-        self.alt_m += self.vel[2] * tick_s
-
-    def track(self, system_id: int) -> UavTrack:
-        return UavTrack(system_id, self.east_m, self.north_m, self.alt_m, *map(float, self.vel), 0.0, 0.0)
-
-
-def setpoint(system_id: int = 1, north: float = 0.0, east: float = 0.0, down: float = 0.0) -> VelocitySetpoint:
-    return VelocitySetpoint(system_id, (north, east, down), 0.0)
 
 
 def at(
