@@ -328,11 +328,13 @@ def _separation_depth_m(own: FloatArray, count: int, rival: FloatArray, rival_co
         return -math.inf
     nearest = math.inf
     for s in range(count):
+        ax, ay, bx, by = own[s, 0], own[s, 1], own[s, 2], own[s, 3]
         for r in range(rival_count):
-            gap = segments_m(
-                own[s, 0], own[s, 1], own[s, 2], own[s, 3], rival[r, 0], rival[r, 1], rival[r, 2], rival[r, 3]
-            )
-            nearest = min(nearest, gap)
+            cx, cy, dx, dy = rival[r, 0], rival[r, 1], rival[r, 2], rival[r, 3]
+            east_m = max(min(ax, bx) - max(cx, dx), min(cx, dx) - max(ax, bx), 0.0)
+            north_m = max(min(ay, by) - max(cy, dy), min(cy, dy) - max(ay, by), 0.0)
+            if east_m * east_m + north_m * north_m < nearest * nearest:  # else they cannot come nearer still
+                nearest = min(nearest, segments_m(ax, ay, bx, by, cx, cy, dx, dy))
     return b.separation_m - nearest
 
 
