@@ -17,6 +17,7 @@ import numpy as np
 
 from gcs.ports import STALE_AFTER_S, UavTrack, VelocitySetpoint
 from gcs.safety import judge as rules
+from gcs.safety.acting import acting_climbs, still_acting
 from gcs.safety.envelope import Envelope
 from policy.world.arrays import FloatArray, IntArray
 
@@ -130,8 +131,8 @@ class SafetyGate:
                 unseen_s = min(track.age_s, STALE_AFTER_S)  # infinite where a place is not to be trusted
                 ticks = math.ceil((self.envelope.reaction_s + unseen_s) / self.envelope.tick_s)
                 acting = np.array(list(islice(sent, ticks)))
-                tolds[row] = rules.still_acting(acting, told[row])
-                rules.acting_climbs(acting, climbs[row])
+                tolds[row] = still_acting(acting, told[row])
+                acting_climbs(acting, climbs[row])
         return told, tolds, climbs
 
     def _hold(self, wish: Wish, reason: str) -> SealedSetpoint:
@@ -151,9 +152,9 @@ def compile_rules() -> None:
     edges, starts = envelope.walls()
     at = np.array([[50.0, 50.0, 50.0, 0.0, 0.0, 0.0]])
     told, tolds = np.zeros((1, rules.TOLD_MOST, 3)), np.ones(1, np.int64)
-    tolds[0] = rules.still_acting(at[:, 3:].copy(), told[0])
+    tolds[0] = still_acting(at[:, 3:].copy(), told[0])
     climbs = np.zeros((1, 2))
-    rules.acting_climbs(at[:, 3:].copy(), climbs[0])
+    acting_climbs(at[:, 3:].copy(), climbs[0])
     wish, sides = at[:, 3:].copy(), np.zeros((1, 2))
     rules.judge_fleet(at, told, tolds, climbs, wish, sides, envelope.bounds(), edges, starts)
 

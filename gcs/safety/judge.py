@@ -8,49 +8,26 @@ obstacle's margin or nearer than the separation to any way of another UAV. Braki
 let through before, so a fleet that only took such velocities always has it left. Who is in a margin already (gusts,
 a pilot) may do what leads no deeper, and is pushed out. Heights count as the envelope of all climbs that may act.
 
-All compiled code stands in this one file on purpose: numba's cache looks at the file of the function that is called,
-and a stale copy of a rule that stands elsewhere would fly on unnoticed.
+Compiled code that calls each other stands in this one file on purpose: numba's cache looks at the file of the function
+that is called, and a stale copy of a rule that stands elsewhere would fly on unnoticed.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
+from gcs.safety.bounds import Bounds
 from policy.world.arrays import FloatArray, IntArray
 
 TOLD_MOST = 8
 """Different commands that may be on their way to a vehicle at once."""
-_ALIKE_MPS = 0.5
 _SAMPLE_S = 0.5
 _SAMPLES_MOST = 10
 _WAY = 1 + 2 * (_SAMPLES_MOST + 1)
 """Most segments of one way: a reaction time, then a chord and a braking way each :data:`_SAMPLE_S`."""
 SEGMENTS = (1 + TOLD_MOST) * _WAY
 """Most segments of what may come of a new command."""
-
-
-class Bounds(NamedTuple):
-    """The numbers of an envelope as the compiled rules read them; names and units as in ``Envelope``."""
-
-    width_m: float
-    height_m: float
-    fence_margin_m: float
-    obstacle_margin_m: float
-    min_alt_m: float
-    max_alt_m: float
-    max_speed_mps: float
-    max_climb_mps: float
-    max_descent_mps: float
-    accel_mps2: float
-    brake_mps2: float
-    vertical_accel_mps2: float
-    reaction_s: float
-    tick_s: float
-    timeout_s: float
-    separation_m: float
-    vertical_separation_m: float
 
 
 NONE, LIMIT, FENCE, OBSTACLE, SEPARATION = 0, 1, 2, 3, 4
@@ -152,32 +129,6 @@ def segment_polygon_depth_m(
 
 
 @njit(cache=True)
-def still_acting(sent: FloatArray, acting: FloatArray) -> int:
-    """Different velocities among ``sent`` [S, 3], newest first, into ``acting`` [TOLD_MOST, 3]; returns how many.
-
-    Of those that are much alike the newest stands for all; the more there are, the more counts as alike.
-    """
-    alike_mps = _ALIKE_MPS
-    while True:
-        count = 0
-        for s in range(len(sent)):
-            is_known = False
-            for k in range(count):
-                d_e, d_n, d_u = sent[s, 0] - acting[k, 0], sent[s, 1] - acting[k, 1], sent[s, 2] - acting[k, 2]
-                is_known = is_known or d_e * d_e + d_n * d_n + d_u * d_u <= alike_mps * alike_mps
-            if is_known:
-                continue
-            if count == TOLD_MOST:
-                count += 1
-                break
-            acting[count] = sent[s]
-            count += 1
-        if count <= TOLD_MOST:
-            return count
-        alike_mps *= 2.0
-
-
-@njit(cache=True)
 def moved(
     x: float, y: float, vx: float, vy: float, ux: float, uy: float, accel: float, time_s: float
 ) -> tuple[float, float, float, float]:
@@ -244,12 +195,6 @@ def fill_kept_ways(ways: FloatArray, place: FloatArray, told: FloatArray, b: Bou
     for r in range(len(told)):
         count = _hold(ways, count, at, told[r], b, lasting_s)
     return count
-
-
-@njit(cache=True)
-def acting_climbs(sent: FloatArray, climbs: FloatArray) -> None:
-    """Lowest and highest climb among ``sent`` [S, 3] into ``climbs`` [2]: here none counts as alike another one."""
-    climbs[0], climbs[1] = sent[:, 2].min(), sent[:, 2].max()
 
 
 @njit(cache=True)
@@ -475,8 +420,8 @@ def judge_fleet(
     """Safe velocities [K, 3], choices [K] and causes [K] for the first K of N UAVs; their order is the right of way.
 
     ``places`` [N, 6] east, north, up and velocity; ``told`` [N, TOLD_MOST, 3] the velocities of which the first
-    ``tolds`` [N], at least one, may still act, the newest first (:func:`still_acting`); ``climbs`` [N, 2] the lowest
-    and highest climb among all that may (:func:`acting_climbs`), widened here by the new ones; ``wishes`` [K, 3];
+    ``tolds`` [N], at least one, may still act, the newest first (gcs.safety.acting); ``climbs`` [N, 2] the lowest
+    and highest climb among all that may (gcs.safety.acting), widened here by the new ones; ``wishes`` [K, 3];
     ``sides`` [N, 2] the side a UAV is going round (1 right, -1 left) and for how many more ticks, updated here.
     """
     count, steered = len(places), len(wishes)

@@ -14,7 +14,9 @@ import numpy as np
 from gate_cases import FLAVOURS, UAVS, Cases, draw
 from numba import njit
 
-from gcs.safety.judge import TOLD_MOST, Bounds, acting_climbs, judge_fleet, still_acting
+from gcs.safety.acting import acting_climbs, still_acting
+from gcs.safety.bounds import Bounds
+from gcs.safety.judge import TOLD_MOST, judge_fleet
 from sitl_mock.physics.fleet import STEP_TICKS, Air, Fleet
 
 TICK_S = 0.1

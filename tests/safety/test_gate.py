@@ -11,6 +11,7 @@ from point_mass import PointMass, setpoint
 
 from gcs.ports import UavTrack, VelocitySetpoint
 from gcs.safety import judge as rules
+from gcs.safety.acting import still_acting
 from gcs.safety.envelope import Envelope
 from gcs.safety.gate import GateAction, SafetyGate, SealedSetpoint, Wish
 from policy.world.geometry import distance_to_polygon_m
@@ -181,7 +182,7 @@ def test_a_command_of_long_ago_is_forgotten() -> None:
 @given(st.lists(st.tuples(*[st.floats(-20.0, 20.0)] * 3), min_size=1, max_size=15))
 def test_every_command_has_one_like_it_among_those_kept(sent: list[tuple[float, float, float]]) -> None:
     acting = np.zeros((rules.TOLD_MOST, 3))
-    count = rules.still_acting(np.array(sent), acting)
+    count = still_acting(np.array(sent), acting)
     assert 1 <= count <= rules.TOLD_MOST
     assert tuple(acting[0]) == sent[0]
     gaps = np.linalg.norm(np.array(sent)[:, None] - acting[None, :count], axis=-1).min(axis=1)

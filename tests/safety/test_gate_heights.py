@@ -10,6 +10,7 @@ from point_mass import PointMass, setpoint
 
 from gcs.ports import UavTrack
 from gcs.safety import judge as rules
+from gcs.safety.acting import acting_climbs
 from gcs.safety.envelope import Envelope
 from gcs.safety.gate import GateAction, SafetyGate, Wish
 
@@ -104,7 +105,7 @@ def test_no_climb_that_may_act_leads_out_of_the_heights_counted_with(
     sent: list[tuple[float, float, float]], measured_mps: float, alt_m: float
 ) -> None:
     climbs, b = np.zeros(2), ENVELOPE.bounds()
-    rules.acting_climbs(np.array(sent), climbs)
+    acting_climbs(np.array(sent), climbs)
     place = np.array([0.0, 0.0, alt_m, 0.0, 0.0, measured_mps])
     low_m, high_m = rules.heights_m(place, climbs[0], climbs[1], b)
     for climb_mps in (measured_mps, *(up for _, _, up in sent)):
