@@ -88,6 +88,9 @@ class SafetyGate:
         }
         steered = [(i, w, w.track) for i, w in enumerate(wishes) if not held[i] and w.track is not None]
         blind = [w.track for w, reason in zip(wishes, held, strict=True) if reason and w.track is not None]
+        for track in others:  # what it does by itself takes the place of what we told it, tick by tick
+            if track.system_id in self._sent:
+                self._sent[track.system_id].appendleft(_velocity(track))
         tracks = [track for _, _, track in steered] + blind + list(others)
         if steered:
             self._judge([(i, w) for i, w, _ in steered], tracks, sealed)

@@ -98,6 +98,15 @@ def test_a_climb_counts_until_it_cannot_act_any_more(ticks_since: int) -> None:
     assert passes_over(2.5, ticks_since) is (ticks_since >= ENVELOPE.reaction_s / ENVELOPE.tick_s)
 
 
+def test_a_climb_of_one_that_its_autopilot_flies_now_is_forgotten_as_well() -> None:
+    gate = SafetyGate(ENVELOPE)
+    low = UavTrack(2, 300.0, 250.0, 100.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    high = Wish(setpoint(1, east=8.0), UavTrack(1, 285.0, 250.0, 109.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    gate.judge([Wish(setpoint(2, down=-2.5), low)])
+    passed = [gate.judge([high], [low])[0].action is GateAction.PASSED for _ in range(8)]
+    assert passed == [False] * 4 + [True] * 4
+
+
 @given(
     st.lists(st.tuples(*[st.floats(-3.0, 3.0)] * 3), min_size=1, max_size=15), st.floats(-3.0, 3.0), st.floats(8, 125)
 )
