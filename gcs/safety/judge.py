@@ -485,10 +485,20 @@ def _choose(
             break
     _remember(sides, i, choice, side)
     if choice == 0 and (push[0] != 0.0 or push[1] != 0.0) and cause == NONE:
-        cause = FENCE if _fence_depth_m(places[i, 0], places[i, 1], b) > 0.0 else OBSTACLE
+        cause = _pushed_by(places[i], places, level, b)
     if choice == 0 and cause == NONE and vel[2] != asked_up:
         cause = SEPARATION
     return choice, cause
+
+
+@njit(cache=True)
+def _pushed_by(place: FloatArray, places: FloatArray, level: IntArray, b: Bounds) -> int:
+    if _fence_depth_m(place[0], place[1], b) > -_PUSH_BEYOND_M:
+        return FENCE
+    for r in level:
+        if math.hypot(place[0] - places[r, 0], place[1] - places[r, 1]) < b.separation_m + _PUSH_BEYOND_M:
+            return SEPARATION
+    return OBSTACLE
 
 
 @njit(cache=True)

@@ -58,6 +58,16 @@ def test_what_lies_ahead_within_the_stopping_distance(wish: VelocitySetpoint, tr
     assert safe.reason == reason
 
 
+@pytest.mark.parametrize(
+    ("track", "reason"),
+    [(at(3.2, 250.0), "geofence"), (at(192.4, 240.0), "obstacle"), (at(400.0, 250.0), "separation")],
+)
+def test_who_hovers_at_a_margin_is_pushed_off_and_told_which(track: UavTrack, reason: str) -> None:
+    beside = replace(at(400.0, 260.1), system_id=2)
+    safe, _ = SafetyGate(ENVELOPE).judge([Wish(setpoint(), track), Wish(setpoint(2), beside)])
+    assert (safe.action, safe.reason) == (GateAction.BENT, reason)
+
+
 def test_only_the_gate_makes_safe_setpoints() -> None:
     with pytest.raises(TypeError, match="SafetyGate"):
         SealedSetpoint(object(), setpoint(), GateAction.PASSED, "")
