@@ -43,6 +43,7 @@ HEIGHT_SPARE = 0.125
 
 _PUSH_PER_S = 0.5
 _PUSH_MPS = 2.0
+_DEEPER_M = 0.1
 _PUSH_BEYOND_M = 0.3  # past the margin, so that who is pushed arrives outside it
 _TURNS = np.radians(np.array([0, 0, 20, 0, 40, 20, 0, 65, 40, 90, 65, 90, 120, 150, 180.0]))
 _ONWARD = 13  # so many of the turns still make way; the rest go back
@@ -467,6 +468,8 @@ def _choose(
     own = np.empty((SEGMENTS, 4))
     allowed, depths = np.zeros(3), np.zeros(3)
     cause, choice = NONE, 0
+    # Lean spent on a speed that it does not reach against the wind is lacking for the turn: it drifts on as before.
+    drift, speed = _drifts_into(places[i], b, edges, starts), math.hypot(places[i, 3], places[i, 4])
     for k in range(BRAKE + 1):
         choice = _in_order(k, kept)
         if not _candidate(out, choice, vel, push, hold, side):
@@ -481,8 +484,11 @@ def _choose(
             cause = FENCE + int(np.argmax(depths))
             braking = np.array([push[0], push[1], hold])
             _allow(allowed, i, braking, places, told, climbs, ways, ways_count, near, own, b, edges, starts)
-        if choice == BRAKE or _is_allowed(depths, allowed):
+        too_fast = drift != NONE and math.hypot(out[0], out[1]) > speed
+        if choice == BRAKE or (_is_allowed(depths, allowed) and not too_fast):
             break
+        if choice == 0 and cause == NONE:
+            cause = drift
     _remember(sides, i, choice, side)
     if choice == 0 and (push[0] != 0.0 or push[1] != 0.0) and cause == NONE:
         cause = _pushed_by(places[i], places, level, b)
@@ -499,6 +505,22 @@ def _pushed_by(place: FloatArray, places: FloatArray, level: IntArray, b: Bounds
         if math.hypot(place[0] - places[r, 0], place[1] - places[r, 1]) < b.separation_m + _PUSH_BEYOND_M:
             return SEPARATION
     return OBSTACLE
+
+
+@njit(cache=True)
+def _drifts_into(place: FloatArray, b: Bounds, edges: FloatArray, starts: IntArray) -> int:
+    """Which margin the UAV enters, or goes deeper into, as it flies now and then brakes, whatever it is told."""
+    x, y, vx, vy = place[0], place[1], place[3], place[4]
+    lasting_s = b.reaction_s + math.sqrt(vx * vx + vy * vy) / (2.0 * b.brake_mps2)
+    end_x, end_y = x + vx * lasting_s, y + vy * lasting_s
+    if _fence_depth_m(end_x, end_y, b) > max(0.0, _fence_depth_m(x, y, b) + _DEEPER_M):
+        return FENCE
+    for p in range(len(starts) - 1):
+        now = segment_polygon_depth_m(x, y, x, y, edges, starts[p], starts[p + 1], b.obstacle_margin_m)
+        then = segment_polygon_depth_m(x, y, end_x, end_y, edges, starts[p], starts[p + 1], b.obstacle_margin_m)
+        if then > max(0.0, now + _DEEPER_M):
+            return OBSTACLE
+    return NONE
 
 
 @njit(cache=True)

@@ -68,6 +68,18 @@ def test_who_hovers_at_a_margin_is_pushed_off_and_told_which(track: UavTrack, re
     assert (safe.action, safe.reason) == (GateAction.BENT, reason)
 
 
+def test_who_drifts_into_a_margin_is_not_told_to_fly_faster_than_it_can() -> None:
+    """Against the wind its lean is spent on speed, and it drifts east whatever it is told: only slower it can turn."""
+    gate, drifting = SafetyGate(ENVELOPE), at(596.0, 250.0, vel=(1.2, 10.5))
+    for _ in range(10):
+        (safe,) = gate.judge([Wish(setpoint(north=17.2, east=-1.2), drifting)])
+    north, east, _ = safe.setpoint.vel_ned_mps
+    assert math.hypot(north, east) <= drifting.speed_mps
+    assert safe.reason == "geofence"
+    (free,) = SafetyGate(ENVELOPE).judge([Wish(setpoint(north=17.2, east=-1.2), replace(drifting, east_m=500.0))])
+    assert free.action is GateAction.PASSED
+
+
 def test_only_the_gate_makes_safe_setpoints() -> None:
     with pytest.raises(TypeError, match="SafetyGate"):
         SealedSetpoint(object(), setpoint(), GateAction.PASSED, "")
