@@ -169,22 +169,26 @@ def _limits(seat: _Seat) -> _Finding:
     limits, wanted_mps = seat.status.limits, seat.scenario.max_speed_mps
     words = []
     if limits.max_speed_mps is not None and limits.max_speed_mps < wanted_mps:
-        words.append(f"flies {limits.max_speed_mps:g} m/s at most, the mission asks for {wanted_mps:g}: the plan obeys")
+        words.append(
+            f"flies {limits.max_speed_mps:.3g} m/s at most, the mission asks for {wanted_mps:g}: the plan obeys"
+        )
     if limits.max_accel_mps2 is None:
         words.append("its acceleration limit is not known; 4.5 m/s² is assumed")
     return (Grade.CAUTION, "; ".join(words)) if words else _GOOD
 
 
 def _lean(seat: _Seat) -> _Finding:
-    """A GUIDED velocity is capped by lean, not by a speed parameter."""
+    """ArduPilot's top speed follows from lean and drag; where it does not tell its drag, a stock frame's counts."""
     have_cdeg, wanted_mps = seat.status.parameters.get("ANGLE_MAX"), seat.scenario.max_speed_mps
-    if have_cdeg is None:
+    if seat.status.autopilot != "ardupilot" or seat.status.limits.max_speed_mps is not None:
         return _GOOD
+    if have_cdeg is None:
+        return Grade.CAUTION, "it did not tell ANGLE_MAX: its top speed is not known, the plan cannot obey it"
     need_deg = float(np.interp(wanted_mps, MEASURED_LEAN_MPS, MEASURED_LEAN_DEG))
     if have_cdeg / 100.0 >= need_deg:
         return _GOOD
     words = f"leans {have_cdeg / 100.0:.0f}° at most (ANGLE_MAX); a stock frame needs {need_deg:.0f}°"
-    return Grade.CAUTION, f"{words} for {wanted_mps:g} m/s: try it, or lower max_speed_mps"
+    return Grade.CAUTION, f"{words} for {wanted_mps:g} m/s: set EK3_DRAG_*, so that the plan knows, or max_speed_mps"
 
 
 def _timeout(seat: _Seat) -> _Finding:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gcs.safety.judge import Bounds
+from gcs.safety.bounds import Bounds
 from policy.world.arrays import FloatArray, IntArray
 from policy.world.geometry import Polygon
 from policy.world.scenario import Scenario

@@ -17,6 +17,7 @@ import numpy as np
 
 from gcs.ports import STALE_AFTER_S, UavTrack, VelocitySetpoint
 from gcs.safety import judge as rules
+from gcs.safety.acting import acting_climbs, still_acting
 from gcs.safety.envelope import Envelope
 from policy.world.arrays import FloatArray, IntArray
 
@@ -87,6 +88,9 @@ class SafetyGate:
         }
         steered = [(i, w, w.track) for i, w in enumerate(wishes) if not held[i] and w.track is not None]
         blind = [w.track for w, reason in zip(wishes, held, strict=True) if reason and w.track is not None]
+        for track in others:  # what it does by itself takes the place of what we told it, tick by tick
+            if track.system_id in self._sent:
+                self._sent[track.system_id].appendleft(_velocity(track))
         tracks = [track for _, _, track in steered] + blind + list(others)
         if steered:
             self._judge([(i, w) for i, w, _ in steered], tracks, sealed)
@@ -102,10 +106,10 @@ class SafetyGate:
     ) -> None:
         asked = np.array([_enu(wish.setpoint) for _, wish in steered])
         places = np.array([_place(track) for track in tracks])
-        told, tolds = self._still_acting(tracks)
+        told, tolds, climbs = self._still_acting(tracks)
         sides = np.array([self._sides.get(track.system_id, (0.0, 0.0)) for track in tracks])
         safe, choices, causes = rules.judge_fleet(
-            places, told, tolds, asked, sides, self._bounds, self._edges, self._starts
+            places, told, tolds, climbs, asked, sides, self._bounds, self._edges, self._starts
         )
         for row, (i, wish) in enumerate(steered):
             system_id = wish.setpoint.system_id
@@ -120,18 +124,21 @@ class SafetyGate:
                 setpoint = VelocitySetpoint(system_id, (north, east, -up), wish.setpoint.yaw_rad)
             sealed[i] = SealedSetpoint(_SEAL, setpoint, action, cause)
 
-    def _still_acting(self, tracks: Sequence[UavTrack]) -> tuple[FloatArray, IntArray]:
+    def _still_acting(self, tracks: Sequence[UavTrack]) -> tuple[FloatArray, IntArray, FloatArray]:
         """What each vehicle may be obeying: all that it was sent since a reaction time before it was seen last."""
         told, tolds = np.zeros((len(tracks), rules.TOLD_MOST, 3)), np.ones(len(tracks), np.int64)
+        climbs = np.zeros((len(tracks), 2))
         for row, track in enumerate(tracks):
             sent = self._sent.get(track.system_id)
             if sent is None:
-                told[row, 0] = _velocity(track)
+                told[row, 0], climbs[row] = _velocity(track), track.vel_up_mps
             else:
                 unseen_s = min(track.age_s, STALE_AFTER_S)  # infinite where a place is not to be trusted
                 ticks = math.ceil((self.envelope.reaction_s + unseen_s) / self.envelope.tick_s)
-                tolds[row] = rules.still_acting(np.array(list(islice(sent, ticks))), told[row])
-        return told, tolds
+                acting = np.array(list(islice(sent, ticks)))
+                tolds[row] = still_acting(acting, told[row])
+                acting_climbs(acting, climbs[row])
+        return told, tolds, climbs
 
     def _hold(self, wish: Wish, reason: str) -> SealedSetpoint:
         system_id, track = wish.setpoint.system_id, wish.track
@@ -151,9 +158,11 @@ def compile_rules() -> None:
     edges, starts = envelope.walls()
     at = np.array([[50.0, 50.0, 50.0, 0.0, 0.0, 0.0]])
     told, tolds = np.zeros((1, rules.TOLD_MOST, 3)), np.ones(1, np.int64)
-    tolds[0] = rules.still_acting(at[:, 3:].copy(), told[0])
+    tolds[0] = still_acting(at[:, 3:].copy(), told[0])
+    climbs = np.zeros((1, 2))
+    acting_climbs(at[:, 3:].copy(), climbs[0])
     wish, sides = at[:, 3:].copy(), np.zeros((1, 2))
-    rules.judge_fleet(at, told, tolds, wish, sides, envelope.bounds(), edges, starts)
+    rules.judge_fleet(at, told, tolds, climbs, wish, sides, envelope.bounds(), edges, starts)
 
 
 def _why_held(wish: Wish) -> str:

@@ -6,23 +6,22 @@ Which of the commands on their way it has heard nobody knows: until the new one 
 A velocity is let through when none of these ways, each with full braking at its end, leads out of the fence, into an
 obstacle's margin or nearer than the separation to any way of another UAV. Braking is always such a way of a velocity
 let through before, so a fleet that only took such velocities always has it left. Who is in a margin already (gusts,
-a pilot) may do what leads no deeper, and is pushed out.
+a pilot) may do what leads no deeper, and is pushed out. Heights count as the envelope of all climbs that may act.
 
-All compiled code stands in this one file on purpose: numba's cache looks at the file of the function that is called,
-and a stale copy of a rule that stands elsewhere would fly on unnoticed.
+Compiled code that calls each other stands in this one file on purpose: numba's cache looks at the file of the function
+that is called, and a stale copy of a rule that stands elsewhere would fly on unnoticed.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
+from gcs.safety.bounds import Bounds
 from policy.world.arrays import FloatArray, IntArray
 
 TOLD_MOST = 8
 """Different commands that may be on their way to a vehicle at once."""
-_ALIKE_MPS = 0.5
 _SAMPLE_S = 0.5
 _SAMPLES_MOST = 10
 _WAY = 1 + 2 * (_SAMPLES_MOST + 1)
@@ -31,36 +30,20 @@ SEGMENTS = (1 + TOLD_MOST) * _WAY
 """Most segments of what may come of a new command."""
 
 
-class Bounds(NamedTuple):
-    """The numbers of an envelope as the compiled rules read them; names and units as in ``Envelope``."""
-
-    width_m: float
-    height_m: float
-    fence_margin_m: float
-    obstacle_margin_m: float
-    min_alt_m: float
-    max_alt_m: float
-    max_speed_mps: float
-    max_climb_mps: float
-    max_descent_mps: float
-    accel_mps2: float
-    brake_mps2: float
-    vertical_accel_mps2: float
-    reaction_s: float
-    tick_s: float
-    timeout_s: float
-    separation_m: float
-    vertical_separation_m: float
-
-
 NONE, LIMIT, FENCE, OBSTACLE, SEPARATION = 0, 1, 2, 3, 4
 """Causes of a change."""
 
 SIDE_KEPT_TICKS = 100.0
 """A UAV that was bent to one side goes on round that side for 10 s: else it would dither before a wall."""
 
+HOLDING_MPS = 0.5
+"""Vertical speeds up to this are the small moves of holding a height; a rival over or under is kept off no faster."""
+HEIGHT_SPARE = 0.125
+"""Share of the vertical separation that two UAVs over one another keep beyond it: half of what layers leave."""
+
 _PUSH_PER_S = 0.5
 _PUSH_MPS = 2.0
+_DEEPER_M = 0.1
 _PUSH_BEYOND_M = 0.3  # past the margin, so that who is pushed arrives outside it
 _TURNS = np.radians(np.array([0, 0, 20, 0, 40, 20, 0, 65, 40, 90, 65, 90, 120, 150, 180.0]))
 _ONWARD = 13  # so many of the turns still make way; the rest go back
@@ -147,32 +130,6 @@ def segment_polygon_depth_m(
 
 
 @njit(cache=True)
-def still_acting(sent: FloatArray, acting: FloatArray) -> int:
-    """Different velocities among ``sent`` [S, 3], newest first, into ``acting`` [TOLD_MOST, 3]; returns how many.
-
-    Of those that are much alike the newest stands for all; the more there are, the more counts as alike.
-    """
-    alike_mps = _ALIKE_MPS
-    while True:
-        count = 0
-        for s in range(len(sent)):
-            is_known = False
-            for k in range(count):
-                d_e, d_n, d_u = sent[s, 0] - acting[k, 0], sent[s, 1] - acting[k, 1], sent[s, 2] - acting[k, 2]
-                is_known = is_known or d_e * d_e + d_n * d_n + d_u * d_u <= alike_mps * alike_mps
-            if is_known:
-                continue
-            if count == TOLD_MOST:
-                count += 1
-                break
-            acting[count] = sent[s]
-            count += 1
-        if count <= TOLD_MOST:
-            return count
-        alike_mps *= 2.0
-
-
-@njit(cache=True)
 def moved(
     x: float, y: float, vx: float, vy: float, ux: float, uy: float, accel: float, time_s: float
 ) -> tuple[float, float, float, float]:
@@ -244,7 +201,7 @@ def fill_kept_ways(ways: FloatArray, place: FloatArray, told: FloatArray, b: Bou
 @njit(cache=True)
 def levelled_off_m(climb_mps: float, b: Bounds) -> float:
     """Height gained until a climb or descent has been stopped; the small moves of holding a height count as none."""
-    if abs(climb_mps) < 0.5:
+    if abs(climb_mps) <= HOLDING_MPS:
         return 0.0
     lasting_s = b.reaction_s + b.tick_s + b.timeout_s
     return climb_mps * lasting_s + climb_mps * abs(climb_mps) / (2.0 * b.vertical_accel_mps2)
@@ -267,9 +224,13 @@ def limited(wish: FloatArray, alt_m: float, b: Bounds) -> tuple[float, float, fl
     """Level speed, climb and altitude band; the direction stays."""
     speed = math.sqrt(wish[0] * wish[0] + wish[1] * wish[1])
     share = b.max_speed_mps / speed if speed > b.max_speed_mps else 1.0
-    up = min(b.max_climb_mps, max(-b.max_descent_mps, wish[2]))
-    up = min(max(up, -_approach_mps(alt_m - b.min_alt_m, b)), _approach_mps(b.max_alt_m - alt_m, b))
-    return wish[0] * share, wish[1] * share, up
+    return wish[0] * share, wish[1] * share, _in_band(wish[2], alt_m, b)
+
+
+@njit(cache=True)
+def _in_band(climb_mps: float, alt_m: float, b: Bounds) -> float:
+    up = min(b.max_climb_mps, max(-b.max_descent_mps, climb_mps))
+    return min(max(up, -_approach_mps(alt_m - b.min_alt_m, b)), _approach_mps(b.max_alt_m - alt_m, b))
 
 
 @njit(cache=True)
@@ -313,23 +274,65 @@ def _separation_depth_m(own: FloatArray, count: int, rival: FloatArray, rival_co
         return -math.inf
     nearest = math.inf
     for s in range(count):
+        ax, ay, bx, by = own[s, 0], own[s, 1], own[s, 2], own[s, 3]
         for r in range(rival_count):
-            gap = segments_m(
-                own[s, 0], own[s, 1], own[s, 2], own[s, 3], rival[r, 0], rival[r, 1], rival[r, 2], rival[r, 3]
-            )
-            nearest = min(nearest, gap)
+            cx, cy, dx, dy = rival[r, 0], rival[r, 1], rival[r, 2], rival[r, 3]
+            east_m = max(min(ax, bx) - max(cx, dx), min(cx, dx) - max(ax, bx), 0.0)
+            north_m = max(min(ay, by) - max(cy, dy), min(cy, dy) - max(ay, by), 0.0)
+            if east_m * east_m + north_m * north_m < nearest * nearest:  # else they cannot come nearer still
+                nearest = min(nearest, segments_m(ax, ay, bx, by, cx, cy, dx, dy))
     return b.separation_m - nearest
 
 
 @njit(cache=True)
-def _is_level(place: FloatArray, up: float, rival: FloatArray, rival_up: float, b: Bounds) -> bool:
-    """The heights of two UAVs may come nearer than the vertical separation."""
-    gain, now = levelled_off_m(up, b), levelled_off_m(place[5], b)
-    low, high = place[2] + min(0.0, gain, now), place[2] + max(0.0, gain, now)
-    gain, now = levelled_off_m(rival_up, b), levelled_off_m(rival[5], b)
-    rival_low, rival_high = rival[2] + min(0.0, gain, now), rival[2] + max(0.0, gain, now)
+def heights_m(place: FloatArray, lowest_mps: float, highest_mps: float, b: Bounds) -> tuple[float, float]:
+    """Between which heights a UAV levels off: of its present climb and of the lowest and highest that it may obey."""
+    now, low, high = levelled_off_m(place[5], b), levelled_off_m(lowest_mps, b), levelled_off_m(highest_mps, b)
+    return place[2] + min(0.0, now, low), place[2] + max(0.0, now, high)
+
+
+@njit(cache=True)
+def _is_level(i: int, up: float, r: int, places: FloatArray, climbs: FloatArray, b: Bounds) -> bool:
+    """The heights of two UAVs may come nearer than the vertical separation, should the first be told to climb by up."""
+    low, high = heights_m(places[i], min(up, climbs[i, 0]), max(up, climbs[i, 1]), b)
+    rival_low, rival_high = heights_m(places[r], climbs[r, 0], climbs[r, 1], b)
     apart_m: float = max(low - rival_high, rival_low - high)
     return apart_m < b.vertical_separation_m
+
+
+@njit(cache=True)
+def _climb_bounds(
+    i: int, up: float, places: FloatArray, near: IntArray, ways: FloatArray, ways_count: IntArray, b: Bounds
+) -> tuple[float, float]:
+    """Least and greatest climb with rivals over and under, whose ways the UAV's own may cross.
+
+    Each of the two may come nearer in height only so fast that it still stops beyond the separation and the spare;
+    within it both are pushed apart. Without that, what gusts add to two heights held is never taken back.
+    """
+    low, high = -math.inf, math.inf
+    for r in near:
+        gap_m = places[i, 2] - places[r, 2]
+        above = gap_m > 0.0 or (gap_m == 0.0 and i < r)
+        room_m = abs(gap_m) - (1.0 + HEIGHT_SPARE) * b.vertical_separation_m
+        toward = _approach_mps(0.5 * room_m, b) if room_m > 0.0 else max(-HOLDING_MPS, room_m)
+        if toward >= 0.0 and (-up if above else up) <= toward:
+            continue
+        if _separation_depth_m(ways[i], ways_count[i], ways[r], ways_count[r], b) <= 0.0:
+            continue
+        if above:
+            low = max(low, -toward)
+        else:
+            high = min(high, toward)
+    return low, high
+
+
+@njit(cache=True)
+def _between(climb: float, bounds: tuple[float, float], alt_m: float, b: Bounds) -> float:
+    """The climb within the bounds, in the middle where they leave nothing; the altitude band stands above them."""
+    low, high = bounds
+    if low <= climb <= high:
+        return climb
+    return _in_band(0.5 * (low + high) if low > high else min(high, max(low, climb)), alt_m, b)
 
 
 @njit(cache=True)
@@ -385,10 +388,12 @@ def _in_order(k: int, kept: bool) -> int:
 
 
 @njit(cache=True)
-def _candidate(out: FloatArray, choice: int, vel: FloatArray, push: tuple[float, float], side: float) -> bool:
-    """Write velocity number ``choice``; False where it repeats another one."""
+def _candidate(
+    out: FloatArray, choice: int, vel: FloatArray, push: tuple[float, float], hold: float, side: float
+) -> bool:
+    """Write velocity number ``choice``; ``hold``: the climb that stops it. False where it repeats another one."""
     if choice == BRAKE:
-        out[0], out[1], out[2] = push[0], push[1], 0.0
+        out[0], out[1], out[2] = push[0], push[1], hold
         return True
     i, mirrored = choice // 2, choice % 2 == 1
     if mirrored and (_TURNS[i] == 0.0 or _TURNS[i] > 3.1):
@@ -397,7 +402,7 @@ def _candidate(out: FloatArray, choice: int, vel: FloatArray, push: tuple[float,
     cos, sin, share = math.cos(turn), math.sin(turn), _SHARES[i]
     out[0] = share * (vel[0] * cos + vel[1] * sin) + push[0]
     out[1] = share * (vel[1] * cos - vel[0] * sin) + push[1]
-    out[2] = 0.0 if i == 1 else vel[2]
+    out[2] = hold if i == 1 else vel[2]
     return True
 
 
@@ -406,6 +411,7 @@ def judge_fleet(
     places: FloatArray,
     told: FloatArray,
     tolds: IntArray,
+    climbs: FloatArray,
     wishes: FloatArray,
     sides: FloatArray,
     b: Bounds,
@@ -415,15 +421,15 @@ def judge_fleet(
     """Safe velocities [K, 3], choices [K] and causes [K] for the first K of N UAVs; their order is the right of way.
 
     ``places`` [N, 6] east, north, up and velocity; ``told`` [N, TOLD_MOST, 3] the velocities of which the first
-    ``tolds`` [N], at least one, may still act, the newest first (:func:`still_acting`); ``wishes`` [K, 3]; ``sides``
-    [N, 2] the side a UAV is going round (1 right, -1 left) and for how many more ticks, updated here.
+    ``tolds`` [N], at least one, may still act, the newest first (gcs.safety.acting); ``climbs`` [N, 2] the lowest
+    and highest climb among all that may (gcs.safety.acting), widened here by the new ones; ``wishes`` [K, 3];
+    ``sides`` [N, 2] the side a UAV is going round (1 right, -1 left) and for how many more ticks, updated here.
     """
     count, steered = len(places), len(wishes)
     out, choices, causes = np.zeros((steered, 3)), np.zeros(steered, np.int64), np.zeros(steered, np.int64)
     ways, ways_count = np.empty((count, 2 * SEGMENTS, 4)), np.zeros(count, np.int64)
     for i in range(count):
         ways_count[i] = fill_kept_ways(ways[i], places[i], told[i, : tolds[i]], b)
-    climbs = told[:, 0, 2].copy()
     for i in range(steered):
         vel, acting = np.array(limited(wishes[i], places[i, 2], b)), told[i, : tolds[i]]
         choices[i], causes[i] = _choose(
@@ -431,7 +437,7 @@ def judge_fleet(
         )
         if choices[i] == 0 and causes[i] == NONE and np.max(np.abs(out[i] - wishes[i])) > 1e-9:
             causes[i] = LIMIT
-        climbs[i] = out[i, 2]
+        climbs[i, 0], climbs[i, 1] = min(climbs[i, 0], out[i, 2]), max(climbs[i, 1], out[i, 2])
         ways_count[i] += fill_ways(ways[i, ways_count[i] :], places[i], acting, out[i], b)
     return out, choices, causes
 
@@ -452,32 +458,69 @@ def _choose(
     starts: IntArray,
 ) -> tuple[int, int]:
     near = _rivals(i, places, b)
-    level = np.array([r for r in near if _is_level(places[i], 0.0, places[r], climbs[r], b)], dtype=np.int64)
+    bounds = _climb_bounds(i, vel[2], places, near, ways, ways_count, b)
+    hold = _between(0.0, bounds, places[i, 2], b)
+    level = np.array([r for r in near if _is_level(i, hold, r, places, climbs, b)], dtype=np.int64)
     push = _push(places[i], places, level, b, edges, starts)
+    asked_up, vel[2] = vel[2], _between(vel[2], bounds, places[i, 2], b)
     kept = sides[i, 1] > 0.0
     side = sides[i, 0] if kept else 1.0
     own = np.empty((SEGMENTS, 4))
     allowed, depths = np.zeros(3), np.zeros(3)
     cause, choice = NONE, 0
+    # Lean spent on a speed that it does not reach against the wind is lacking for the turn: it drifts on as before.
+    drift, speed = _drifts_into(places[i], b, edges, starts), math.hypot(places[i, 3], places[i, 4])
     for k in range(BRAKE + 1):
         choice = _in_order(k, kept)
-        if not _candidate(out, choice, vel, push, side):
+        if not _candidate(out, choice, vel, push, hold, side):
             continue
         n = fill_ways(own, places[i], told, out, b)
         depths[0], depths[1] = _fixed_depths(own, n, b, edges, starts)
         depths[2] = -math.inf
         for r in near:
-            if _is_level(places[i], out[2], places[r], climbs[r], b):
+            if _is_level(i, out[2], r, places, climbs, b):
                 depths[2] = max(depths[2], _separation_depth_m(own, n, ways[r], ways_count[r], b))
         if choice == 0 and np.max(depths) > 0.0:
             cause = FENCE + int(np.argmax(depths))
-            _allow(allowed, i, push, places, told, climbs, ways, ways_count, near, own, b, edges, starts)
-        if choice == BRAKE or _is_allowed(depths, allowed):
+            braking = np.array([push[0], push[1], hold])
+            _allow(allowed, i, braking, places, told, climbs, ways, ways_count, near, own, b, edges, starts)
+        too_fast = drift != NONE and math.hypot(out[0], out[1]) > speed
+        if choice == BRAKE or (_is_allowed(depths, allowed) and not too_fast):
             break
+        if choice == 0 and cause == NONE:
+            cause = drift
     _remember(sides, i, choice, side)
     if choice == 0 and (push[0] != 0.0 or push[1] != 0.0) and cause == NONE:
-        cause = FENCE if _fence_depth_m(places[i, 0], places[i, 1], b) > 0.0 else OBSTACLE
+        cause = _pushed_by(places[i], places, level, b)
+    if choice == 0 and cause == NONE and vel[2] != asked_up:
+        cause = SEPARATION
     return choice, cause
+
+
+@njit(cache=True)
+def _pushed_by(place: FloatArray, places: FloatArray, level: IntArray, b: Bounds) -> int:
+    if _fence_depth_m(place[0], place[1], b) > -_PUSH_BEYOND_M:
+        return FENCE
+    for r in level:
+        if math.hypot(place[0] - places[r, 0], place[1] - places[r, 1]) < b.separation_m + _PUSH_BEYOND_M:
+            return SEPARATION
+    return OBSTACLE
+
+
+@njit(cache=True)
+def _drifts_into(place: FloatArray, b: Bounds, edges: FloatArray, starts: IntArray) -> int:
+    """Which margin the UAV enters, or goes deeper into, as it flies now and then brakes, whatever it is told."""
+    x, y, vx, vy = place[0], place[1], place[3], place[4]
+    lasting_s = b.reaction_s + math.sqrt(vx * vx + vy * vy) / (2.0 * b.brake_mps2)
+    end_x, end_y = x + vx * lasting_s, y + vy * lasting_s
+    if _fence_depth_m(end_x, end_y, b) > max(0.0, _fence_depth_m(x, y, b) + _DEEPER_M):
+        return FENCE
+    for p in range(len(starts) - 1):
+        now = segment_polygon_depth_m(x, y, x, y, edges, starts[p], starts[p + 1], b.obstacle_margin_m)
+        then = segment_polygon_depth_m(x, y, end_x, end_y, edges, starts[p], starts[p + 1], b.obstacle_margin_m)
+        if then > max(0.0, now + _DEEPER_M):
+            return OBSTACLE
+    return NONE
 
 
 @njit(cache=True)
@@ -490,7 +533,7 @@ def _is_allowed(depths: FloatArray, allowed: FloatArray) -> bool:
 def _allow(
     allowed: FloatArray,
     i: int,
-    push: tuple[float, float],
+    braking: FloatArray,
     places: FloatArray,
     told: FloatArray,
     climbs: FloatArray,
@@ -503,12 +546,11 @@ def _allow(
     starts: IntArray,
 ) -> None:
     """What full braking cannot avoid is no reason against another velocity."""
-    braking = np.array([push[0], push[1], 0.0])
     n = fill_ways(own, places[i], told, braking, b)
     fence, obstacle = _fixed_depths(own, n, b, edges, starts)
     allowed[0], allowed[1], allowed[2] = max(0.0, fence), max(0.0, obstacle), 0.0
     for r in near:
-        if _is_level(places[i], 0.0, places[r], climbs[r], b):
+        if _is_level(i, braking[2], r, places, climbs, b):
             allowed[2] = max(allowed[2], _separation_depth_m(own, n, ways[r], ways_count[r], b))
 
 

@@ -2,6 +2,7 @@
 
 import struct
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,6 +14,9 @@ from gcs.links.parameters import MAX_REQUESTS, WANTED, ParameterReader, decode_v
 from gcs.links.subscriptions import STREAM_FALLBACK_AFTER, Subscriptions
 from gcs.links.transport import LinkError, open_transport, parse_address
 from gcs.ports import FlightMode
+from sitl_mock.physics import layout
+from sitl_mock.physics.fleet import STEP_TICKS, Fleet
+from sitl_mock.physics.vehicle import ARDUQUAD
 
 
 def test_ardupilot_names_agree_with_pymavlink() -> None:
@@ -60,6 +64,41 @@ def test_parameters_are_asked_for_again_and_given_up() -> None:
     assert asked.count("MPC_XY_VEL_MAX") == MAX_REQUESTS
     assert set(reader.missing(PX4)) == set(WANTED[PX4])
     assert reader.settled(PX4, 200.0)
+
+
+def copter_mps(lean_cdeg: float, **drag: float) -> float | None:
+    return limits_from(ARDUPILOT, {"ANGLE_MAX": lean_cdeg, **drag}).max_speed_mps
+
+
+def test_a_copters_top_speed_by_lean_and_drag() -> None:
+    """At that speed the estimator's drag takes nine tenths of g tan(lean), whichever way the vehicle faces."""
+    accel_mps2 = 0.9 * 9.80665 * 0.57735  # tan 30 degrees
+    assert copter_mps(3000.0, EK3_DRAG_MCOEF=0.2) == pytest.approx(accel_mps2 / 0.2, rel=1e-4)
+    speed_mps = copter_mps(3000.0, EK3_DRAG_MCOEF=0.2, EK3_DRAG_BCOEF_X=30.0, EK3_DRAG_BCOEF_Y=20.0)
+    assert speed_mps is not None
+    assert 0.2 * speed_mps + 0.5 * 1.225 * speed_mps**2 / 20.0 == pytest.approx(accel_mps2, rel=1e-4)
+    assert copter_mps(4500.0, EK3_DRAG_BCOEF_X=30.0) == pytest.approx((0.9 * 9.80665 * 60.0 / 1.225) ** 0.5)
+
+
+@pytest.mark.parametrize(
+    "values", [{"ANGLE_MAX": 3000.0}, {"EK3_DRAG_MCOEF": 0.2}, {"ANGLE_MAX": 3000.0, "EK3_DRAG_MCOEF": 0.0}]
+)
+def test_a_copter_without_drag_or_lean_has_no_known_top_speed(values: dict[str, float]) -> None:
+    assert limits_from(ARDUPILOT, {**values, "WPNAV_SPEED": 1000.0, "LOIT_SPEED": 1250.0}).max_speed_mps is None
+
+
+@pytest.mark.parametrize("names", [("WPNAV_ACCEL", "ANGLE_MAX"), ("WP_ACC", "ATC_ANGLE_MAX")])
+def test_a_vehicle_of_either_naming_is_understood(names: tuple[str, str]) -> None:
+    """ArduCopter 4.7 knows the new names only, in m/s^2 and degrees; the older ones cm/s^2 and centidegrees."""
+    answers = {"WPNAV_ACCEL": 250.0, "ANGLE_MAX": 4500.0, "WP_ACC": 2.5, "ATC_ANGLE_MAX": 45.0}
+    reader, now_s = ParameterReader(), 0.0
+    while not reader.settled(ARDUPILOT, now_s):
+        now_s += 0.5
+        asked = reader.next_request(ARDUPILOT, now_s)
+        if asked in names:
+            assert reader.on_value(asked, answers[asked])
+    assert reader.values == {"WPNAV_ACCEL": 250.0, "ANGLE_MAX": 4500.0}
+    assert limits_from(ARDUPILOT, reader.values).max_accel_mps2 == pytest.approx(2.5)
 
 
 def test_rates_are_asked_for_until_seen() -> None:
@@ -129,3 +168,16 @@ def test_a_taken_port_is_one_clear_line() -> None:
             open_transport("udpin:127.0.0.1:24551")
     finally:
         first.close()
+
+
+def test_that_top_speed_is_less_than_what_the_mocks_physics_reach() -> None:
+    """A second account of drag: the quad of the flight logs, told to fly faster than it can lean for."""
+    fleet = Fleet([ARDUQUAD])
+    fleet.place(np.array([[0.0, 0.0, -100.0]]), np.zeros((1, 3)))
+    fleet.command[0, :2] = 30.0, 0.0
+    fleet.command[0, layout.CMD_MOTORS] = 1.0
+    fleet.advance(60 * STEP_TICKS * 10)
+    ballistic_kgpm2 = 0.5 * 1.225 / ARDUQUAD.drag_quadratic_1pm
+    told_mps = copter_mps(3000.0, EK3_DRAG_MCOEF=ARDUQUAD.drag_linear_1ps, EK3_DRAG_BCOEF_X=ballistic_kgpm2)
+    assert told_mps is not None
+    assert 0.85 < told_mps / float(np.hypot(*fleet.vel_ned_mps[0, :2])) < 1.0

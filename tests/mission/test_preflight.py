@@ -35,6 +35,12 @@ def standing_at(east_m: float, north_m: float, **changes: object) -> VehicleStat
     return replace(good, **changes)  # type: ignore[arg-type]
 
 
+def copter(max_speed_mps: float | None, **parameters: float) -> dict[str, object]:
+    """An ArduPilot vehicle that told these parameters and has this top speed by them."""
+    limits = VehicleLimits(max_speed_mps, 2.5, 1.0)
+    return {"autopilot": "ardupilot", "version": "4.5.6", "limits": limits, "parameters": parameters}
+
+
 def lines_of(status: VehicleStatus) -> tuple[Line, ...]:
     return check_fleet(SCENARIO, [1], {1: status}, 10.0, 0.03)
 
@@ -73,7 +79,10 @@ def test_a_good_vehicle_is_green_in_every_line() -> None:
         ({"parameters": {"FENCE_ENABLE": 0.0}}, "fence", Grade.CAUTION, "FENCE_ENABLE"),
         ({"parameters": {"RTL_RETURN_ALT": 130.0}}, "return height", Grade.CAUTION, "at most 115"),
         ({"parameters": {"RTL_ALT": 13000.0}}, "return height", Grade.CAUTION, "130 m"),
-        ({"parameters": {"ANGLE_MAX": 3000.0}}, "lean", Grade.CAUTION, "51°"),
+        (copter(None, ANGLE_MAX=3000.0), "lean", Grade.CAUTION, "51°"),
+        (copter(None, ANGLE_MAX=3000.0), "lean", Grade.CAUTION, "EK3_DRAG"),
+        (copter(None), "lean", Grade.CAUTION, "not known"),
+        (copter(14.876, ANGLE_MAX=3000.0), "limits", Grade.CAUTION, "flies 14.9 m/s at most"),
         ({"version": ""}, "version", Grade.CAUTION, "not known"),
         ({"version": "1.13.3"}, "version", Grade.CAUTION, "older than 1.14"),
         ({"clock_offset_s": None}, "clock", Grade.CAUTION, "not known"),
@@ -84,6 +93,11 @@ def test_each_fault_has_its_line(changes: dict[str, object], check: str, grade: 
     (bad,) = [line for line in lines_of(standing_at(*LAUNCH, **changes)) if line.grade is not Grade.OK]
     assert (bad.check, bad.grade) == (check, grade)
     assert words in bad.words()
+
+
+@pytest.mark.parametrize("fits", [copter(None, ANGLE_MAX=5100.0), copter(18.0, ANGLE_MAX=3000.0)])
+def test_a_copter_that_can_fly_the_plan_is_green(fits: dict[str, object]) -> None:
+    assert all(line.grade is Grade.OK for line in lines_of(standing_at(*LAUNCH, **fits)))
 
 
 @pytest.mark.parametrize(("east_m", "words"), [(-50.0, "outside the area"), (float(LAUNCH[0]), "")])

@@ -34,7 +34,7 @@ class Cases:
 
     flavour: Flavour
     count: np.ndarray  # [C] UAVs
-    bounds: np.ndarray  # [C, 17] rows of gcs.safety.judge.Bounds
+    bounds: np.ndarray  # [C, 17] rows of gcs.safety.bounds.Bounds
     edges: np.ndarray  # [C, WALLS * CORNERS, 4]
     starts: np.ndarray  # [C, WALLS + 1]
     walls: np.ndarray  # [C] obstacles

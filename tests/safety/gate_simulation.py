@@ -14,7 +14,9 @@ import numpy as np
 from gate_cases import FLAVOURS, UAVS, Cases, draw
 from numba import njit
 
-from gcs.safety.judge import TOLD_MOST, Bounds, judge_fleet, still_acting
+from gcs.safety.acting import acting_climbs, still_acting
+from gcs.safety.bounds import Bounds
+from gcs.safety.judge import TOLD_MOST, judge_fleet
 from sitl_mock.physics.fleet import STEP_TICKS, Air, Fleet
 
 TICK_S = 0.1
@@ -68,12 +70,13 @@ def _judge_all(count, seen, age, stale, told, history, wishes, sides, bounds, ed
                 last += 1
         places = seen[c][order]
         side = sides[c][order]
-        acting, actings = np.zeros((n, TOLD_MOST, 3)), np.zeros(n, np.int64)
+        acting, actings, climbs = np.zeros((n, TOLD_MOST, 3)), np.zeros(n, np.int64), np.zeros((n, 2))
         for k in range(n):
             sent = history[c, order[k], : min(REACTION_TICKS + age[c, order[k]], history.shape[2])]
             actings[k] = still_acting(sent, acting[k])
+            acting_climbs(sent, climbs[k])
         wish = wishes[c][order[:steered]]
-        safe, _, _ = judge_fleet(places, acting, actings, wish, side, b, edges[c], starts[c, : walls[c] + 1])
+        safe, _, _ = judge_fleet(places, acting, actings, climbs, wish, side, b, edges[c], starts[c, : walls[c] + 1])
         for k in range(steered):
             i = order[k]
             history[c, i, 1:] = history[c, i, :-1].copy()

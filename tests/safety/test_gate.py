@@ -1,54 +1,23 @@
 """The gate in a kinematic simulation: whatever is asked, no UAV leaves the fence, hits a wall or meets another."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from point_mass import PointMass, setpoint
 
 from gcs.ports import UavTrack, VelocitySetpoint
 from gcs.safety import judge as rules
+from gcs.safety.acting import still_acting
 from gcs.safety.envelope import Envelope
 from gcs.safety.gate import GateAction, SafetyGate, SealedSetpoint, Wish
 from policy.world.geometry import distance_to_polygon_m
 
 TOWER = ((200.0, 200.0), (260.0, 200.0), (260.0, 280.0), (200.0, 280.0))
 ENVELOPE = Envelope(size_m=(600.0, 500.0), obstacles=(TOWER,), obstacle_names=("tower",))
-
-
-@dataclass
-class PointMass:
-    """A vehicle that takes up a commanded velocity after a dead time, at a limited acceleration."""
-
-    east_m: float
-    north_m: float
-    alt_m: float
-    vel: np.ndarray
-    accel: float
-    dead_ticks: int
-
-    def __post_init__(self) -> None:
-        self.queue = [self.vel.copy()] * self.dead_ticks
-
-    def fly(self, command_enu: tuple[float, float, float], tick_s: float) -> None:
-        self.queue.append(np.array(command_enu))
-        change = self.queue.pop(0) - self.vel
-        size = float(np.linalg.norm(change[:2]))
-        if size > self.accel * tick_s:
-            change[:2] *= self.accel * tick_s / size
-        self.vel = self.vel + change
-        self.east_m += self.vel[0] * tick_s
-        self.north_m += self.vel[1] * tick_s
-        self.alt_m += self.vel[2] * tick_s
-
-    def track(self, system_id: int) -> UavTrack:
-        return UavTrack(system_id, self.east_m, self.north_m, self.alt_m, *map(float, self.vel), 0.0, 0.0)
-
-
-def setpoint(system_id: int = 1, north: float = 0.0, east: float = 0.0, down: float = 0.0) -> VelocitySetpoint:
-    return VelocitySetpoint(system_id, (north, east, down), 0.0)
 
 
 def at(
@@ -87,6 +56,28 @@ def test_what_lies_ahead_within_the_stopping_distance(wish: VelocitySetpoint, tr
     (safe,) = SafetyGate(ENVELOPE).judge([Wish(wish, track)])
     assert safe.action is not GateAction.PASSED
     assert safe.reason == reason
+
+
+@pytest.mark.parametrize(
+    ("track", "reason"),
+    [(at(3.2, 250.0), "geofence"), (at(192.4, 240.0), "obstacle"), (at(400.0, 250.0), "separation")],
+)
+def test_who_hovers_at_a_margin_is_pushed_off_and_told_which(track: UavTrack, reason: str) -> None:
+    beside = replace(at(400.0, 260.1), system_id=2)
+    safe, _ = SafetyGate(ENVELOPE).judge([Wish(setpoint(), track), Wish(setpoint(2), beside)])
+    assert (safe.action, safe.reason) == (GateAction.BENT, reason)
+
+
+def test_who_drifts_into_a_margin_is_not_told_to_fly_faster_than_it_can() -> None:
+    """Against the wind its lean is spent on speed, and it drifts east whatever it is told: only slower it can turn."""
+    gate, drifting = SafetyGate(ENVELOPE), at(596.0, 250.0, vel=(1.2, 10.5))
+    for _ in range(10):
+        (safe,) = gate.judge([Wish(setpoint(north=17.2, east=-1.2), drifting)])
+    north, east, _ = safe.setpoint.vel_ned_mps
+    assert math.hypot(north, east) <= drifting.speed_mps
+    assert safe.reason == "geofence"
+    (free,) = SafetyGate(ENVELOPE).judge([Wish(setpoint(north=17.2, east=-1.2), replace(drifting, east_m=500.0))])
+    assert free.action is GateAction.PASSED
 
 
 def test_only_the_gate_makes_safe_setpoints() -> None:
@@ -213,7 +204,7 @@ def test_a_command_of_long_ago_is_forgotten() -> None:
 @given(st.lists(st.tuples(*[st.floats(-20.0, 20.0)] * 3), min_size=1, max_size=15))
 def test_every_command_has_one_like_it_among_those_kept(sent: list[tuple[float, float, float]]) -> None:
     acting = np.zeros((rules.TOLD_MOST, 3))
-    count = rules.still_acting(np.array(sent), acting)
+    count = still_acting(np.array(sent), acting)
     assert 1 <= count <= rules.TOLD_MOST
     assert tuple(acting[0]) == sent[0]
     gaps = np.linalg.norm(np.array(sent)[:, None] - acting[None, :count], axis=-1).min(axis=1)

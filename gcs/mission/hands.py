@@ -1,0 +1,78 @@
+"""Each drone at each tick: who flies it, and the next thing that its script does with it."""
+
+from gcs.mission.campaign import Campaign
+from gcs.mission.campaign_log import CampaignLog
+from gcs.mission.changes import Changes, anyone_left
+from gcs.mission.custody import is_unreachable, judge_custody
+from gcs.mission.drone import Control, Drone
+from gcs.mission.emergency import EmergencyStop
+from gcs.mission.fates import order_return, take_back
+from gcs.mission.script import Crew
+from gcs.mission.watch import DropOut, Fate, motor_failed
+from gcs.ports import CampaignState, Severity
+
+
+class Hands:
+    """Over the drones that are ours; one a manager."""
+
+    def __init__(self, changes: Changes, log: CampaignLog, emergency: EmergencyStop) -> None:
+        self._changes, self._log, self._emergency = changes, log, emergency
+
+    def watch(self, campaign: Campaign, now_s: float, stalled_s: float) -> None:
+        """Who flies each drone that is ours; ``stalled_s``: when this process last stood still."""
+        for drone in campaign.drones:
+            if drone.control is Control.RELEASED or drone.landed:
+                continue
+            found = judge_custody(drone, campaign.state, now_s, stalled_s)
+            if found is None and drone.active and drone.status is not None:
+                found = motor_failed(drone.status)
+            heard = drone.silent_s is not None and not is_unreachable(drone, now_s)
+            if found is None and not heard:
+                continue
+            if heard:
+                drone.silent_s = None
+            if found is None:
+                self._log.event("drone.heard", f"drone {drone.system_id} is heard again", system_id=drone.system_id)
+            elif found.fate is Fate.SILENT:
+                drone.silent_s = now_s
+                self._changes.tell(drone, found, Severity.WARNING)
+            elif found.fate is Fate.REGAIN:
+                self._changes.tell(drone, found, Severity.CAUTION)
+                take_back(drone, campaign.state, stopped=self._emergency.stops(drone.system_id))
+            else:
+                self._changes.drop(campaign, drone, found)
+
+    def run_scripts(self, campaign: Campaign, now_s: float) -> None:
+        """One tick of every script that nobody stopped."""
+        crew = Crew(campaign.drones, self._changes, campaign.order.settings, campaign.scenario.area.size_m)
+        for drone in campaign.drones:
+            if drone.control is Control.RELEASED or drone.script.finished or self._emergency.stops(drone.system_id):
+                continue
+            waited_for = drone.waits_for
+            failure = drone.script.run(drone, crew, now_s)
+            if drone.waits_for not in {None, waited_for}:
+                self._tell_wait(drone)
+            for verdict in drone.take_verdicts():
+                self._log.verdict(verdict)
+            if failure is not None:
+                self._script_failed(campaign, drone, failure.reason)
+            else:
+                drone.halted = drone.halted and not drone.script.finished
+
+    def _script_failed(self, campaign: Campaign, drone: Drone, reason: str) -> None:
+        if campaign.state is CampaignState.LAUNCHING:
+            self._changes.fail(campaign, reason)
+        elif drone.control is Control.AUTOPILOT:
+            self._log.event("drone.lost", f"{reason}; it needs a pilot", Severity.WARNING, system_id=drone.system_id)
+            self._changes.drop(campaign, drone, DropOut(Fate.RELEASE, reason))
+        else:
+            self._log.event("drone.return", f"{reason}; ordered to return by itself", Severity.WARNING, drone.system_id)
+            order_return(drone)
+            if campaign.state is not CampaignState.RECOVERING and not anyone_left(campaign):
+                self._changes.fail(campaign, f"no drone is left: {reason}")
+
+    def _tell_wait(self, drone: Drone) -> None:
+        words = (
+            f"drone {drone.system_id} waits over its pad: drone {drone.waits_for} is in the air below it; bring it down"
+        )
+        self._log.event("drone.waits", words, Severity.CAUTION, drone.system_id)

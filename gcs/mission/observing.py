@@ -1,0 +1,44 @@
+"""What one tick sees of a campaign's drones: places, gaps in what they say, places that they do not trust."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+from gcs.fleet.track import make_track
+from gcs.mission.campaign import Campaign
+from gcs.mission.campaign_log import CampaignLog
+from gcs.mission.custody import link_gap
+from gcs.mission.drone import Drone
+from gcs.mission.watch import position_lost
+from gcs.ports import Severity, VehicleStatus
+
+
+def observe(campaign: Campaign, vehicles: Mapping[int, VehicleStatus], now_s: float, log: CampaignLog) -> None:
+    """Take in the newest of every drone, for the books and the monitor as well."""
+    frame = campaign.scenario.area.frame
+    for drone in campaign.drones:
+        status = vehicles.get(drone.system_id)
+        if status is None:
+            drone.gap_s = now_s
+            continue
+        drone.status = status
+        drone.track = make_track(status, frame, now_s) or drone.track
+        if link_gap(status, now_s):
+            drone.gap_s = now_s
+        _doubt_position(drone, status, log)
+    if campaign.slots is not None and not campaign.slots.finished:
+        campaign.slots.measure(now_s)
+    in_air = [d.track for d in campaign.drones if d.track is not None and (d.active or d.is_airborne)]
+    campaign.monitor.tick(in_air)
+
+
+def _doubt_position(drone: Drone, status: VehicleStatus, log: CampaignLog) -> None:
+    """A place that the vehicle itself does not trust is as good as an old one: nobody steers by it."""
+    why = position_lost(status) if drone.is_airborne else ""
+    if why and drone.track is not None:
+        drone.track = replace(drone.track, age_s=math.inf)
+    if bool(why) != drone.doubted:
+        drone.doubted = bool(why)
+        words = f"{why}; it is told to hold and serves nobody" if why else "its position is good again"
+        kind, severity = ("drone.position_lost", Severity.WARNING) if why else ("drone.position_back", Severity.INFO)
+        log.event(kind, f"drone {drone.system_id}: {words}", severity, drone.system_id)
