@@ -293,7 +293,7 @@ class Readiness(Answer):
 
 
 class RecordedDecision(Answer):
-    """A decision that was flown, and what the policy told beside it then. ``told``: ``reasons``; ``unknown`` (recorded by a version that kept none); ``failed`` (``note`` says why there are none); ``wiped`` (reasons without the users, whose places were wiped since)."""
+    """A decision that was flown, and what the policy told beside it then."""
 
     at_s: float
     slot: int

@@ -250,7 +250,7 @@ class SlotFlight:
         """Missed ticks are not made up for: a slot that starts late starts from where the fleet is."""
         self._slot_start_s, self._plan_wanted = start_s, False
         self._plan_start_s = start_s if now_s is None else now_s
-        self._references = None
+        self._references, self.decision = None, None  # the one before says nothing of this slot
         fleet = self._fleet_state()
         self._entry_m, self._entry_vel_mps = fleet.pos_enu_m, fleet.vel_enu_mps
         self._entry_mps = [(float(v[0]), float(v[1])) for v in fleet.vel_enu_mps]

@@ -34,6 +34,9 @@ export interface Shown {
 
 /** A recording also says whether the vehicles' own reports are part of it, and what had been acknowledged by then. */
 export interface Replayed extends Shown {
+  /** Why the drones flew so, as it was told then; and why that, or some of it, is not there. */
+  reasons: Explanation | null;
+  reasonsNote: string | null;
   reported: boolean;
   acknowledged: ReadonlyMap<number, string>;
 }
@@ -99,8 +102,10 @@ export const inTheAir = computed(() => {
   return campaign !== null && !isOver(campaign.state);
 });
 export const foretold = computed(() => forecastPoints(replaying.value ? null : forecast.value));
-/** Why the drones do what they do; a recording does not say. */
-export const reasons = computed(() => (replaying.value ? null : explanation.value));
+/** Why the drones do what they do, or did then. */
+export const reasons = computed(() => (replayed.value === null ? explanation.value : replayed.value.reasons));
+/** Why a recording does not say that; null in flight. */
+export const reasonsNote = computed(() => replayed.value?.reasonsNote ?? null);
 export const mayFly = computed(() => hello.value !== null && hello.value.role !== "viewer");
 
 export function opened(): void {

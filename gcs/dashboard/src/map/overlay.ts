@@ -124,9 +124,10 @@ export class Overlay {
     const drone = placed(vehicles).find((vehicle) => vehicle.system_id === why?.system_id);
     if (why === null || drone === undefined) return;
     const here: Pair = [drone.east_m, drone.north_m];
-    for (const { toM, strength } of whyLines(why, users)) {
+    for (const { toM, strength, expectedM } of whyLines(why, users)) {
       context.globalAlpha = 0.35 + 0.65 * strength;
       this.line(context, [here, toM], "why", 1 + 4 * strength, []);
+      if (expectedM !== null) this.expected(context, toM, expectedM);
     }
     context.globalAlpha = 1;
     const from = plans.find((plan) => plan.system_id === why.system_id)?.path_m[0] ?? here; // where the slot began
@@ -136,6 +137,15 @@ export class Overlay {
       this.line(context, [from, end], "drone-stale", 1.6, [3, 3]);
       drawName(context, `+${other.worse_by.toFixed(2)}`, color("map-ground"), this.pixel(end));
     }
+  }
+
+  /** From where a user is to where the policy expects him when the slot ends. */
+  private expected(context: CanvasRenderingContext2D, from: Pair, to: Pair): void {
+    this.line(context, [from, to], "why", 1.4, [2, 3]);
+    context.beginPath();
+    context.arc(...this.pixel(to), 4.5 * bigness(), 0, 2 * Math.PI);
+    context.lineWidth = 1.6 * bigness();
+    context.stroke();
   }
 
   private line(context: CanvasRenderingContext2D, pointsM: readonly Pair[], token: string, width: number, dash: number[]): void {

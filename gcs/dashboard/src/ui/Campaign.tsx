@@ -118,7 +118,7 @@ export function Campaign() {
         </p>
       )}
       {campaign !== null && !state.replaying.value && <Controls campaign={campaign} />}
-      {campaign !== null && campaign.slot > 0 && <Afterwards campaign={campaign} />}
+      {campaign !== null && (campaign.slot > 0 || isOver(campaign.state)) && <Afterwards campaign={campaign} />}
       {message.value !== null && !state.replaying.value && (message.value.whileIn?.includes(campaign?.state ?? "") ?? true) && <p class={`verdict${message.value.good ? "" : " bad"}`} role="status">{message.value.text}</p>}
       <DryRunResult />
       {state.replaying.value ? null : state.mayFly.value ? <Create /> : <p class="note">Sign in with an operator's key to create and fly campaigns.</p>}
@@ -165,9 +165,7 @@ function Controls({ campaign }: { campaign: CampaignInfo }) {
 function Afterwards({ campaign }: { campaign: CampaignInfo }) {
   return (
     <p class="links">
-      <a href={api.reportUrl(campaign.id)} target="_blank" rel="noreferrer">
-        Report of {campaign.name}
-      </a>
+      {campaign.slot > 0 && <a href={api.reportUrl(campaign.id)} target="_blank" rel="noreferrer">Report of {campaign.name}</a>}
       {!state.inTheAir.value && <a href={addressOf(campaign.id)}>Replay {campaign.name}</a>}
     </p>
   );

@@ -21,6 +21,7 @@ export function Legend() {
         <li><span class="line plan" /> planned this slot</li>
         <li><span class="line trail" /> flown</li>
         {state.selected.value !== null && <li><span class="line why" /> attends to, by weight</li>}
+        {state.selected.value !== null && <li><span class="dot expected" /> expected there at the slot's end</li>}
         {state.selected.value !== null && <li><span class="line other" /> alternative, and its cost</li>}
       </ul>
     </details>
