@@ -7,7 +7,7 @@
 import { batch, computed, signal } from "@preact/signals";
 
 import { allAlerts, groupKey } from "./alerts";
-import { isOver } from "./campaigns";
+import { isOver, slotsAreFlown } from "./campaigns";
 import { merged } from "./delta";
 import { linkState } from "./freshness";
 import type { Explanation } from "./explanation";
@@ -188,7 +188,8 @@ function takeSnapshot(message: SnapshotMessage): void {
   if (campaign?.users != null) flownUsers = { campaignId: campaign.campaign_id, users: campaign.users };
   if (campaign === null || campaign.campaign_id !== flight.area.value?.campaign_id) return; // metres of another area
   flight.trails.value = withPlaces(flight.trails.value, message.vehicles);
-  if (JSON.stringify(campaign.plans) !== JSON.stringify(flight.plans.value)) flight.plans.value = campaign.plans;
+  const plans = slotsAreFlown(campaign.state) ? campaign.plans : []; // on the way home there is no slot to be planned
+  if (JSON.stringify(plans) !== JSON.stringify(flight.plans.value)) flight.plans.value = plans;
   if (campaign.users !== null) flight.users.value = campaign.users;
   flight.points.value = withSnapshot(flight.points.value, campaign, meanAoi(flight.users.value));
 }
