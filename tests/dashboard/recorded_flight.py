@@ -20,6 +20,8 @@ LOST_AT_S = LAUNCH_S + 3 * SLOT_S + PAUSE_S + 1.0
 HEARD_AT_S = LOST_AT_S + 12.0
 LENGTH_S = LAUNCH_S + SLOTS * SLOT_S + PAUSE_S + HOME_S
 FRAME = load_mission("demo").scenario.area.frame
+CLIMB_S = 10.0  # of the launch that fails
+FAILED_WORDS = "no drone is left: UAV 1 did not climb"
 LOST_WORDS = "UAV 2 is not heard any more"
 
 
@@ -27,10 +29,7 @@ def record_campaign(store: Store) -> str:
     """The id of a campaign that is over."""
     mission = load_mission("demo")
     campaign = store.campaigns.create(mission, "ann")
-    scenario, traces = open_campaign(mission)
-    assert traces is not None
-    flown = slot_records(fly(replace(scenario, slots=SLOTS), Sight(traces), Rounds()))
-    records = [replace(record, time_s=BEGUN_S + slot_end_s(record.slot)) for record in flown]
+    records = flown_records()
     journal = store.journal
     for record in records:
         journal.record_slot(campaign.id, record)
@@ -73,6 +72,28 @@ class Broken(Mapping[str, Any]):
 
     def __len__(self) -> int:
         return 1
+
+
+def record_failed_launch(store: Store) -> str:
+    """The id of a campaign that failed while its drones climbed: no slot."""
+    campaign = store.campaigns.create(load_mission("demo"), "ann")
+    records = flown_records()
+    for second in range(int(CLIMB_S) + 1):
+        vehicles = tuple(vehicle_at(records, i, float(second)) for i in (1, 2))
+        store.journal.record_telemetry(campaign.id, TelemetrySample(BEGUN_S + second, vehicles))
+    for at_s, name, reason in ((0.0, "launching", ""), (CLIMB_S, "failed", FAILED_WORDS)):
+        data = {"state": name, "reason": reason}
+        store.journal.record(Event(BEGUN_S + at_s, "campaign.state", name, campaign_id=campaign.id, data=data))
+    assert store.journal.flush(10.0)
+    return campaign.id
+
+
+def flown_records() -> list[SlotRecord]:
+    """The slots of the world model's flight, by the flight clock."""
+    scenario, traces = open_campaign(load_mission("demo"))
+    assert traces is not None
+    flown = slot_records(fly(replace(scenario, slots=SLOTS), Sight(traces), Rounds()))
+    return [replace(record, time_s=BEGUN_S + slot_end_s(record.slot)) for record in flown]
 
 
 def slot_end_s(slot: int) -> float:

@@ -8,6 +8,8 @@ import pytest
 from operator_desk import Desk
 from playwright.sync_api import Browser, Locator, Page, expect
 from recorded_flight import (
+    CLIMB_S,
+    FAILED_WORDS,
     HEARD_AT_S,
     LAUNCH_S,
     LENGTH_S,
@@ -17,6 +19,7 @@ from recorded_flight import (
     PAUSED_AT_S,
     SLOT_S,
     record_campaign,
+    record_failed_launch,
 )
 from test_dashboard_access import complaints
 from test_dashboard_browser import cut_off, sign_in
@@ -32,6 +35,7 @@ def opened(built_page: Path, browser: Browser, tmp_path_factory: pytest.TempPath
     """One server, one recording and one page for all that only look."""
     store = open_store(f"sqlite:///{tmp_path_factory.mktemp('recorded') / 'page.sqlite3'}")
     desk = Desk(store)
+    record_failed_launch(store)
     campaign_id = record_campaign(store)
     desk.start()
     context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
@@ -154,6 +158,22 @@ def in_slot(page: Page, at_s: float, words: str) -> str:
     seek(page, at_s)
     expect(why(page, 1)).to_contain_text(re.compile(rf"flies \d+° at [\d.]+ m/s in {words}"))
     return why(page, 1).inner_text()
+
+
+def test_a_launch_that_failed_shows_what_there_is_and_why(recorded: Page, shot: Shot):
+    page, replay = recorded, recorded.get_by_test_id("replay")
+    page.locator("#campaign-choice").select_option(label="demo · gcrl · failed")
+    expect(replay).to_have_attribute("data-samples", str(int(CLIMB_S) + 1))
+    page.get_by_label("Time of the replay, seconds").press("End")
+    expect(page.get_by_test_id("recorded-state")).to_have_text("recorded, failed")
+    expect(page.get_by_role("region", name="Campaign")).to_contain_text(f"failed: {FAILED_WORDS}")
+    expect(card(page, 1)).to_contain_text("AUTO.TAKEOFF")
+    says(page, 1, "height", "60 m")
+    expect(page.get_by_test_id("map")).to_have_attribute("data-drones", "2")
+    expect(page.get_by_role("region", name="Events").get_by_role("listitem").first).to_contain_text("failed")
+    shot(page, "dashboard_replay_failed_launch")
+    page.locator("#campaign-choice").select_option(label="demo · gcrl · done")
+    expect(replay).to_have_attribute("data-samples", str(int(LENGTH_S) + 1))
 
 
 def test_a_second_is_a_step_and_it_plays_in_real_seconds(recorded: Page):

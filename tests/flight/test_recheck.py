@@ -85,11 +85,11 @@ def test_the_same_policy_decides_bit_for_bit_the_same(
     assert len(kept.checkpoints.decisions(campaign)) == SLOTS
     assert main(["recheck", campaign, "--store", url(kept)]) == 0
     assert "bit for bit the same" in capsys.readouterr().out
+    check_reasons(kept, campaign, policy)
 
 
-@pytest.mark.parametrize("policy", ["gcrl", "random"])
-def test_the_reasons_on_record_are_those_that_the_policy_gives_for_that_decision(kept: Store, policy: str) -> None:
-    campaign = fly(kept, policy)
+def check_reasons(kept: Store, campaign: str, policy: str) -> None:
+    """Those on record are those that the policy gives for that decision; whom it attends to, gcrl alone can say."""
     decisions, slots = kept.checkpoints.decisions(campaign), kept.slots.of(campaign)
     agent, first = PolicyChoice(policy).build(), decisions[0]
     scenario = replace(mission(policy).scenario, max_speed_mps=first.max_speed_mps)
@@ -97,7 +97,7 @@ def test_the_reasons_on_record_are_those_that_the_policy_gives_for_that_decision
     for decision in decisions:
         again = agent.decide(world_state(decision, slots[decision.slot])).explanation
         assert decision.explanation == json.loads(json.dumps(kept_reasons(again)))
-        assert decision.time_s == pytest.approx(slots[decision.slot].time_s)
+        assert decision.time_s == pytest.approx(slots[decision.slot].time_s, abs=0.11)  # a tick
     told = [uav for decision in decisions for uav in (decision.explanation or {})["uavs"]]
     assert any(uav["relations"] for uav in told) == (policy == "gcrl")
 
