@@ -435,6 +435,8 @@ class DecisionRecord:
     seed: int = 0  # with which it was begun
     max_speed_mps: float = math.nan  # what the plan counted on
     max_accel_mps2: float = math.nan
+    time_s: float = math.nan  # flight clock, when the answer was taken
+    explanation: Mapping[str, Any] | None = None  # why, as gcs.store.reasons keeps it; None: an older version's record
 
 
 @dataclass(frozen=True)

@@ -1,20 +1,16 @@
-"""Why the policy chose this: whatever a policy tells, brought into one shape for people to look at. Pure.
-
-A policy may be a service of another make, so nothing of what it tells is taken for granted: what does not fit is left
-out, never guessed.
-"""
+"""Why the policy chose this, for people: of the newest decision, and of those that a recording holds. Pure."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from gcs.api.bodies import View
-from gcs.ports import CampaignSnapshot
+from gcs.ports import CampaignSnapshot, DecisionRecord
+from gcs.store.reasons import FAILED, WIPED, kept_reasons, number
 
-MAX_ENTRIES = 256  # of a list; a MAVLink network has at most 250 vehicles
-_PAIRS = TypeAdapter(list[tuple[float, float]])
+Place = tuple[float, float]
 
 
 class AlternativeView(View):
@@ -27,17 +23,18 @@ class AlternativeView(View):
 
 
 class RelationView(View):
-    """How much this UAV attends to a user (Eq. 11d), greatest first."""
+    """How much this UAV attends to a user (Eq. 11d), greatest first; ``expected_m``: the forecast of the slot's end."""
 
     user_id: str
     weight: float
+    expected_m: Place | None
 
 
 class UavExplanation(View):
     """One UAV's share of the decision; lists are empty where the policy does not tell."""
 
     system_id: int
-    path_m: list[tuple[float, float]]  # planned: ends of this slot and the next ones
+    path_m: list[Place]  # planned: ends of this slot and the next ones
     alternatives: list[AlternativeView]
     relations: list[RelationView]
 
@@ -54,68 +51,109 @@ class ExplanationView(View):
     uavs: list[UavExplanation]
 
 
+class RecordedRelation(View):
+    """As :class:`RelationView`; ``user`` is a row of the slot's users, so that who was wiped there has no name here."""
+
+    user: int
+    weight: float
+    expected_m: Place | None
+
+
+class RecordedReasons(View):
+    """One UAV's share of a recorded decision; ``uav`` is a row of the slot's UAVs."""
+
+    uav: int
+    path_m: list[Place]
+    alternatives: list[AlternativeView]
+    relations: list[RecordedRelation]
+
+
+class RecordedDecision(View):
+    """A decision that was flown, and what the policy told beside it then."""
+
+    at_s: float
+    slot: int
+    duration_ms: float | None
+    moves: list[tuple[float, float]]  # heading in degrees, speed in m/s, a row a UAV
+    # unknown: by a version that kept none; failed: could not be worked out; wiped: without users, as their places were
+    told: Literal["reasons", "unknown", "failed", "wiped"]
+    note: str  # why it failed
+    value: float | None
+    predicted_gain: float | None
+    horizon_slots: int | None
+    uavs: list[RecordedReasons]
+
+
+class ExplanationsPage(View):
+    """Some decisions; ask again with ``first=next_first`` while that is not null."""
+
+    decisions: list[RecordedDecision]
+    next_first: int | None
+
+
 def explanation_view(campaign: CampaignSnapshot) -> ExplanationView:
     """``explanation`` with indices turned into names: UAV u and user m are those of the newest slot record."""
-    told = campaign.explanation
+    kept = kept_reasons(campaign.explanation)
     latest = campaign.latest
     system_ids = [uav.system_id for uav in latest.uavs] if latest else []
     user_ids = [user.user_id for user in latest.users] if latest else []
-    by_uav = {entry["uav"]: entry for entry in _entries(told.get("uavs")) if isinstance(entry.get("uav"), int)}
-    relations = _list(told.get("relations"))
-    horizon = _number(told.get("horizon_slots"))
+    by_uav = {one.uav: one for one in _reasons(kept)}
     return ExplanationView(
         campaign_id=campaign.campaign_id,
         policy=campaign.policy,
         slot=campaign.slot,
-        value=_number(told.get("value")),
-        predicted_gain=_number(told.get("predicted_gain")),
-        horizon_slots=None if horizon is None else int(horizon),
-        uavs=[
-            UavExplanation(
-                system_id=system_id,
-                path_m=_pairs(by_uav.get(index, {}).get("path_enu_m")),
-                alternatives=_alternatives(by_uav.get(index, {}).get("alternatives")),
-                relations=_relations(relations[index] if index < len(relations) else None, user_ids),
-            )
-            for index, system_id in enumerate(system_ids)
-        ],
+        **_head(kept),
+        uavs=[_named(system_id, by_uav.get(index), user_ids) for index, system_id in enumerate(system_ids)],
     )
 
 
-def _alternatives(told: Any) -> list[AlternativeView]:
-    names = ("heading_deg", "speed_mps", "value", "worse_by")
-    rows = [{name: _number(entry.get(name)) for name in names} for entry in _entries(told)]
-    return [AlternativeView.model_validate(row) for row in rows if None not in row.values()]
-
-
-def _relations(told: Any, user_ids: Sequence[str]) -> list[RelationView]:
-    known = [
-        (entry.get("user"), weight) for entry in _entries(told) if (weight := _number(entry.get("weight"))) is not None
-    ]
-    return [
-        RelationView(user_id=user_ids[user], weight=weight)
-        for user, weight in known
-        if isinstance(user, int) and 0 <= user < len(user_ids)
-    ]
-
-
-def _pairs(told: Any) -> list[tuple[float, float]]:
+def recorded_decision_view(at_s: float, record: DecisionRecord) -> RecordedDecision:
+    """What is not as this version keeps it is unknown: a file may have come from anywhere."""
+    kept = record.explanation
     try:
-        pairs = _PAIRS.validate_python(_list(told))
-    except ValidationError:
-        return []
-    return pairs if all(math.isfinite(value) for pair in pairs for value in pair) else []
+        uavs, head, told = _reasons(kept or {}), _head(kept or {}), _told(kept)
+    except (ValidationError, TypeError, ValueError):
+        uavs, head, told = [], _head({}), "unknown"
+    return RecordedDecision(
+        at_s=at_s,
+        slot=record.slot,
+        duration_ms=record.duration_ms,
+        moves=[
+            (round(_degrees(heading), 1), round(speed, 2))
+            for heading, speed in zip(record.heading_rad, record.speed_mps, strict=True)
+        ],
+        told=told,
+        note=str((kept or {}).get(FAILED, "")),
+        **head,
+        uavs=uavs,
+    )
 
 
-def _entries(told: Any) -> Iterable[Mapping[str, Any]]:
-    return [entry for entry in _list(told) if isinstance(entry, Mapping)]
+def _told(kept: Mapping[str, Any] | None) -> Literal["reasons", "unknown", "failed", "wiped"]:
+    if kept is None:
+        return "unknown"
+    return "failed" if FAILED in kept else "wiped" if WIPED in kept else "reasons"
 
 
-def _list(told: Any) -> list[Any]:
-    return list(told)[:MAX_ENTRIES] if isinstance(told, list | tuple) else []
+def _head(kept: Mapping[str, Any]) -> dict[str, Any]:
+    value, gain, horizon = (number(kept.get(name)) for name in ("value", "predicted_gain", "horizon_slots"))
+    return {"value": value, "predicted_gain": gain, "horizon_slots": None if horizon is None else int(horizon)}
 
 
-def _number(told: Any) -> float | None:
-    if isinstance(told, bool) or not isinstance(told, int | float):
-        return None
-    return float(told) if math.isfinite(told) else None
+def _reasons(kept: Mapping[str, Any]) -> list[RecordedReasons]:
+    return [RecordedReasons.model_validate(uav) for uav in kept.get("uavs", ())]
+
+
+def _named(system_id: int, told: RecordedReasons | None, user_ids: Sequence[str]) -> UavExplanation:
+    if told is None:
+        return UavExplanation(system_id=system_id, path_m=[], alternatives=[], relations=[])
+    relations = [
+        RelationView(user_id=user_ids[one.user], weight=one.weight, expected_m=one.expected_m)
+        for one in told.relations
+        if one.user < len(user_ids)
+    ]
+    return UavExplanation(system_id=system_id, path_m=told.path_m, alternatives=told.alternatives, relations=relations)
+
+
+def _degrees(heading_rad: float) -> float:
+    return math.degrees(heading_rad) % 360.0

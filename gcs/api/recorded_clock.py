@@ -47,11 +47,17 @@ class RecordedClock:
         return moment.recorded_at.timestamp() if self.by_wall else moment.time_s
 
 
-def recorded_clock(slots: Sequence[SlotTime], samples: Sequence[SampleTime]) -> RecordedClock:
-    """From the ends of the slots and the times of the telemetry, one of all at least."""
-    by_wall = _goes_back([one.time_s for one in slots]) or _goes_back([one.time_s for one in samples])
-    moments: list[Moment] = [*slots, *samples]
-    told_s = [one.recorded_at.timestamp() if by_wall else one.time_s for one in moments]
+def recorded_clock(
+    slots: Sequence[SlotTime], samples: Sequence[SampleTime], otherwise: Sequence[Moment] = ()
+) -> RecordedClock:
+    """From the ends of the slots and the times of the telemetry; from ``otherwise`` where there are none.
+
+    One of all at least, or everything is at 0.
+    """
+    moments: list[Moment] = [*slots, *samples] or [*otherwise]
+    by_wall = any(_goes_back([one.time_s for one in told]) for told in (slots, samples))
+    by_wall = by_wall or not (slots or samples)  # what is told of a campaign that never launched has no flight clock
+    told_s = [one.recorded_at.timestamp() if by_wall else one.time_s for one in moments] or [0.0]
     return RecordedClock(by_wall, min(told_s), max(told_s) - min(told_s))
 
 

@@ -109,10 +109,14 @@ class RecordingView(View):
     campaign: CampaignStatic
     state: str
     reason: str
-    begun_at: datetime | None  # None: no slot was recorded
-    ended_at: datetime | None
-    first_slot: int
-    last_slot: int
+    begun_at: (
+        datetime | None
+    )  # of the first slot that was recorded; of the first record where none was; None without any
+    ended_at: datetime | None  # likewise, the last one
+    begun_at_s: float  # where these two are on the recording's axis
+    ended_at_s: float
+    first_slot: int | None  # None: no slot was recorded
+    last_slot: int | None
     battery_j: float  # of a full battery, by the mission
     length_s: float  # from the first record to the last, launch and way home included
     slot_at_s: list[tuple[int, float]]  # the ends of the slots on that axis

@@ -15,6 +15,7 @@ class FlightLog:
     events: list[Event] = field(default_factory=list)
     slots: list[SlotRecord] = field(default_factory=list)
     telemetry: list[TelemetrySample] = field(default_factory=list)
+    decisions: list[DecisionRecord] = field(default_factory=list)
 
     def record(self, event: Event) -> None:
         """Keep, pass on, tell."""
@@ -31,7 +32,8 @@ class FlightLog:
             journal.record_slot(campaign_id, record)
 
     def record_decision(self, campaign_id: str, record: DecisionRecord) -> None:
-        """Pass on."""
+        """Keep and pass on."""
+        self.decisions.append(record)
         for journal in self.also:
             journal.record_decision(campaign_id, record)
 

@@ -10,9 +10,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from gcs.ports import CampaignState, Event, SlotRecord, TelemetrySample
+from gcs.ports import CampaignState, DecisionRecord, Event, SlotRecord, TelemetrySample
 from gcs.report import MetricsRow, ReportData, render_report
 from gcs.report.repeat import provenance
+from gcs.store.decision_documents import DECISIONS_FILE, decisions_document
 from gcs.store.vehicle_rows import telemetry_document, vehicle_rows
 from policy.agents.registry import PolicyChoice
 from policy.cli.display import LABELS
@@ -42,6 +43,7 @@ class FlownCampaign:
     wall_s: float
     begun_utc: str
     telemetry: tuple[TelemetrySample, ...] = ()
+    decisions: tuple[DecisionRecord, ...] = ()
     repeat: str = ""  # one line that flies the mission again, in the report's folder
 
     @property
@@ -120,5 +122,6 @@ def write_report(flown: FlownCampaign, comparison: tuple[MetricsRow, ...], folde
     )
     page = render_report(data, folder)
     kept = telemetry_document((sample.time_s, vehicle_rows(sample.vehicles)) for sample in flown.telemetry)
-    (folder / TELEMETRY_FILE).write_text(json.dumps(kept, separators=(",", ":"), allow_nan=False), "utf-8")
+    for name, told in ((TELEMETRY_FILE, kept), (DECISIONS_FILE, decisions_document(flown.decisions))):
+        (folder / name).write_text(json.dumps(told, separators=(",", ":"), allow_nan=False), "utf-8")
     return page

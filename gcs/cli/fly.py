@@ -138,6 +138,7 @@ def _fly(args: argparse.Namespace) -> int:
             wall_s=time.monotonic() - begun_s,
             begun_utc=begun.isoformat(timespec="seconds"),
             telemetry=tuple(log.telemetry),
+            decisions=tuple(log.decisions),
             repeat=_repeat(args),
         )
         progress.stop()

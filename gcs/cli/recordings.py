@@ -2,7 +2,7 @@
 
 Three kinds of LOG: a store of ``gcs serve`` (SQLite file), the export of one campaign
 (``GET /api/v1/campaigns/{id}/report?format=json``), and the report of a headless flight (the folder of ``gcs fly
---report``, or its ``report.json``, with ``trajectory.csv`` and ``telemetry.json`` beside it).
+--report``, or its ``report.json``, with ``trajectory.csv``, ``telemetry.json`` and ``decisions.json`` beside it).
 """
 
 import csv
@@ -21,6 +21,7 @@ from gcs.cli.errors import UsageError
 from gcs.cli.flight_results import TELEMETRY_FILE
 from gcs.ports import CampaignState, Event, Severity, SlotRecord, TelemetrySample, UavSlot, UserSlot
 from gcs.store.campaigns import new_campaign_id
+from gcs.store.decision_documents import DECISIONS_FILE, recorded_decision
 from gcs.store.importing import ForeignCampaign, import_campaign
 from gcs.store.records import recorded_metrics
 from gcs.store.store import using_store
@@ -99,7 +100,8 @@ def _exported(document: Mapping[str, Any]) -> ForeignCampaign:
     kept = document.get("telemetry")  # an older version kept none
     telemetry = () if kept is None else telemetry_samples(kept)
     told_events = [_event(one, told["id"]) for one in events]
-    return _campaign(told["document"], told, document, begun, records, told_events, telemetry)
+    decisions = _decisions(document.get("decisions", ()))
+    return _campaign(told["document"], told, document, begun, records, told_events, telemetry, decisions)
 
 
 def _slot(slot: Mapping[str, Any]) -> SlotRecord:
@@ -123,13 +125,24 @@ def _flown(document: Mapping[str, Any], trajectory: Path) -> ForeignCampaign:
     begun_at = datetime.fromisoformat(begun) if begun else datetime.now(UTC)
     slot_s = float(parse_mission(without_files(mission)).scenario.slot_s)
     records = tuple(_with_curves(trajectory, document["series"], slot_s, _first_slot_s(events)))
-    return _campaign(mission, told, document, begun_at, records, events, _beside(trajectory))
+    return _campaign(mission, told, document, begun_at, records, events, *_beside(trajectory))
 
 
-def _beside(trajectory: Path) -> tuple[TelemetrySample, ...]:
-    """The telemetry of a headless flight; nothing where an older version kept none."""
-    file = trajectory.with_name(TELEMETRY_FILE)
-    return telemetry_samples(json.loads(file.read_text("utf-8"))) if file.is_file() else ()
+def _beside(trajectory: Path) -> tuple[tuple[TelemetrySample, ...], tuple[Mapping[str, Any], ...]]:
+    """Telemetry and decisions of a headless flight; nothing where an older version kept none."""
+    telemetry, decisions = (trajectory.with_name(name) for name in (TELEMETRY_FILE, DECISIONS_FILE))
+    return (
+        telemetry_samples(json.loads(telemetry.read_text("utf-8"))) if telemetry.is_file() else (),
+        _decisions(json.loads(decisions.read_text("utf-8"))) if decisions.is_file() else (),
+    )
+
+
+def _decisions(told: Iterable[Mapping[str, Any]]) -> tuple[Mapping[str, Any], ...]:
+    """As they were written, once all of them can be read. Raises KeyError, TypeError, ValueError."""
+    documents = tuple(told)
+    for document in documents:
+        recorded_decision(document)
+    return documents
 
 
 def _first_slot_s(events: Iterable[Event]) -> float:
@@ -172,6 +185,7 @@ def _campaign(
     records: tuple[SlotRecord, ...],
     events: Iterable[Event],
     telemetry: tuple[TelemetrySample, ...],
+    decisions: tuple[Mapping[str, Any], ...],
 ) -> ForeignCampaign:
     scenario = parse_mission(without_files(mission)).scenario
     return ForeignCampaign(
@@ -188,6 +202,7 @@ def _campaign(
         records=records,
         events=tuple(events),
         telemetry=telemetry,
+        decisions=decisions,
     )
 
 

@@ -27,7 +27,7 @@ def add_replay_parser(commands: Any) -> None:
     """Add the subcommand; ``args.run(args)`` runs it."""
     parser = commands.add_parser("replay", help="show a recorded campaign on the page", description=__doc__)
     parser.add_argument("log", type=Path, metavar="LOG", help=KINDS.replace("`", ""))
-    parser.add_argument("--campaign", metavar="ID", help="of a store: which one (default the newest that flew)")
+    parser.add_argument("--campaign", metavar="ID", help="of a store: which one (default the newest that was started)")
     parser.add_argument("--host", default="127.0.0.1", help="address of this machine to listen on (default 127.0.0.1)")
     parser.add_argument("--port", type=int, default=8080, help="port to listen on (default 8080; 0: any free one)")
     parser.set_defaults(run=run_replay)
@@ -58,16 +58,21 @@ def _listener(host: str, port: int) -> socket:
 
 def chosen(store: Store, campaign_id: str | None) -> CampaignRecord:
     """The campaign to begin with; others of the same store can be chosen on the page."""
-    flown = [record for record in store.campaigns.newest(limit=500) if store.slots.times(record.id)]
-    if not flown:
-        raise UsageError("LOG holds no campaign that flew a slot")
+    known = [record for record in store.campaigns.newest(limit=500) if _was_started(store, record)]
+    if not known:
+        raise UsageError("LOG holds no campaign that was started")
     if campaign_id is None:
-        return flown[0]
-    found = next((record for record in flown if record.id == campaign_id), None)
+        return known[0]
+    found = next((record for record in known if record.id == campaign_id), None)
     if found is None:
-        known = ", ".join(f"{record.id} ({record.name})" for record in flown[:SHOWN])
-        raise UsageError(f"--campaign {campaign_id}: no such campaign flew a slot in LOG; there are {known}")
+        others = ", ".join(f"{record.id} ({record.name})" for record in known[:SHOWN])
+        raise UsageError(f"--campaign {campaign_id}: no such campaign was started in LOG; there are {others}")
     return found
+
+
+def _was_started(store: Store, record: CampaignRecord) -> bool:
+    """Also one that failed before its first slot: its launch is recorded."""
+    return bool(store.slots.times(record.id) or store.telemetry.times(record.id))
 
 
 def _show(store: Store, record: CampaignRecord, listener: socket) -> None:

@@ -105,7 +105,7 @@ class AsyncClient:
         return await self._get(list[models.SeriesPoint], f"/api/v1/campaigns/{campaign_id}/series")
 
     async def recording(self, campaign_id: str) -> models.RecordingView:
-        """Area, state and log of a campaign with its slots' range; 409 when no slot was recorded."""
+        """Area, state and log of a campaign with its slots' range; 409 when it was never started."""
         return await self._get(models.RecordingView, f"/api/v1/campaigns/{campaign_id}/recording")
 
     async def recorded_slots(self, campaign_id: str, first: int = 0, limit: int = 60) -> models.SlotsPage:
@@ -117,6 +117,13 @@ class AsyncClient:
         """What all vehicles said, from sample number ``first`` on."""
         path = f"/api/v1/campaigns/{campaign_id}/recording/telemetry"
         return await self._get(models.TelemetryPage, path, first=first, limit=limit)
+
+    async def recorded_explanations(
+        self, campaign_id: str, first: int = 0, limit: int = 500
+    ) -> models.ExplanationsPage:
+        """Decisions that were flown and why, from decision number ``first`` on."""
+        path = f"/api/v1/campaigns/{campaign_id}/recording/explanations"
+        return await self._get(models.ExplanationsPage, path, first=first, limit=limit)
 
     async def explanation(self, campaign_id: str) -> models.ExplanationView:
         """Why the policy chose what is being flown."""

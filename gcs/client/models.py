@@ -158,6 +158,13 @@ class ExplanationView(Answer):
     uavs: list[UavExplanation]
 
 
+class ExplanationsPage(Answer):
+    """Some decisions; ask again with ``first=next_first`` while that is not null."""
+
+    decisions: list[RecordedDecision]
+    next_first: int | None
+
+
 class FixesTaken(Answer):
     """202: what became of each fix, counted."""
 
@@ -285,6 +292,21 @@ class Readiness(Answer):
     store_failures: int
 
 
+class RecordedDecision(Answer):
+    """A decision that was flown, and what the policy told beside it then."""
+
+    at_s: float
+    slot: int
+    duration_ms: float | None
+    moves: list[tuple[float, float]]
+    told: Literal["reasons", "unknown", "failed", "wiped"]
+    note: str
+    value: float | None
+    predicted_gain: float | None
+    horizon_slots: int | None
+    uavs: list[RecordedReasons]
+
+
 class RecordedEvent(Answer):
     """A line of the campaign's log; ``sequence`` is its id there. ``at_slot``: where on the slot clock it fell."""
 
@@ -300,6 +322,23 @@ class RecordedEvent(Answer):
     data: dict[str, Any]
     at_slot: float
     at_s: float
+
+
+class RecordedReasons(Answer):
+    """One UAV's share of a recorded decision; ``uav`` is a row of the slot's UAVs."""
+
+    uav: int
+    path_m: list[tuple[float, float]]
+    alternatives: list[AlternativeView]
+    relations: list[RecordedRelation]
+
+
+class RecordedRelation(Answer):
+    """As :class:`RelationView`; ``user`` is a row of the slot's users, so that who was wiped there has no name here."""
+
+    user: int
+    weight: float
+    expected_m: tuple[float, float] | None
 
 
 class RecordedSample(Answer):
@@ -339,8 +378,10 @@ class RecordingView(Answer):
     reason: str
     begun_at: datetime | None
     ended_at: datetime | None
-    first_slot: int
-    last_slot: int
+    begun_at_s: float
+    ended_at_s: float
+    first_slot: int | None
+    last_slot: int | None
     battery_j: float
     length_s: float
     slot_at_s: list[tuple[int, float]]
@@ -349,10 +390,11 @@ class RecordingView(Answer):
 
 
 class RelationView(Answer):
-    """How much this UAV attends to a user (Eq. 11d), greatest first."""
+    """How much this UAV attends to a user (Eq. 11d), greatest first; ``expected_m``: the forecast of the slot's end."""
 
     user_id: str
     weight: float
+    expected_m: tuple[float, float] | None
 
 
 class SeriesPoint(Answer):

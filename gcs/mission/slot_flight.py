@@ -126,7 +126,9 @@ class SlotFlight:
         decided, self._decided = self._decided, []
         return tuple(decided)
 
-    def _note(self, asked: WorldState, decision: Decision, duration_ms: float | None, *, flown: bool) -> None:
+    def _note(
+        self, asked: WorldState, decision: Decision, duration_ms: float | None, now_s: float, *, flown: bool
+    ) -> None:
         live = isinstance(self._order.places, LivePlaces)
         record = DecisionRecord(
             slot=asked.slot,
@@ -141,15 +143,17 @@ class SlotFlight:
             duration_ms=duration_ms,
             flown=flown,
             users=_user_states(asked) if live else (),
+            time_s=now_s,
+            explanation=decision.explanation,  # worked out by who keeps it
         )
         self._decided.append(record)
 
-    def _note_late(self) -> None:
+    def _note_late(self, now_s: float) -> None:
         """An answer that came too late still moved the policy on: without it the next ones could not be made again."""
         while self._late and (answer := self._late[0][1].poll()) is not None:
             asked, ticket = self._late.popleft()
             if isinstance(answer, Decision) and self._fault(answer) is None:
-                self._note(asked, answer, ticket.duration_ms, flown=False)
+                self._note(asked, answer, ticket.duration_ms, now_s, flown=False)
 
     def _fault(self, decision: Decision) -> str | None:
         return decision_fault(decision, len(self._drones), self.scenario.max_speed_mps)
@@ -166,7 +170,7 @@ class SlotFlight:
     def step(self, now_s: float) -> tuple[SlotRecord | None, SlotTrouble | None]:
         """One tick of the slot clock: the record of a slot that ended, and what kept a decision from being flown."""
         record = None
-        self._note_late()
+        self._note_late(now_s)
         if now_s >= self._slot_start_s + self.scenario.slot_s - TIME_TOLERANCE_S:
             record = self._end_slot(now_s)
             if self.finished:
@@ -246,7 +250,7 @@ class SlotFlight:
         """Missed ticks are not made up for: a slot that starts late starts from where the fleet is."""
         self._slot_start_s, self._plan_wanted = start_s, False
         self._plan_start_s = start_s if now_s is None else now_s
-        self._references = None
+        self._references, self.decision = None, None  # the one before says nothing of this slot
         fleet = self._fleet_state()
         self._entry_m, self._entry_vel_mps = fleet.pos_enu_m, fleet.vel_enu_mps
         self._entry_mps = [(float(v[0]), float(v[1])) for v in fleet.vel_enu_mps]
@@ -280,7 +284,7 @@ class SlotFlight:
         self.decision, self.decision_ms = answer, self._ticket.duration_ms
         self._ticket = None
         assert self._asked is not None
-        self._note(self._asked, answer, self.decision_ms, flown=True)
+        self._note(self._asked, answer, self.decision_ms, now_s, flown=True)
         self._references = slot_references(
             self._entry_m,
             self._entry_vel_mps,

@@ -19,6 +19,7 @@ from gcs.ports import (
     Verdict,
 )
 from gcs.store.chain import digest_of, newest_digest
+from gcs.store.decision_documents import decision_document
 from gcs.store.jsonable import clean_text, jsonable
 from gcs.store.models import (
     CampaignRow,
@@ -131,7 +132,7 @@ def apply(session: Session, entry: Entry, now: datetime) -> None:
             campaign_id = clean_text(entry.checkpoint.campaign_id)[:64]
             session.merge(CheckpointRow(campaign_id=campaign_id, document=document, taken_at=entry.taken_at))
         case DecisionEntry():
-            document, slot = jsonable(asdict(entry.record)), entry.record.slot
+            document, slot = decision_document(entry.record), entry.record.slot
             session.add(DecisionRow(campaign_id=entry.campaign_id, slot=slot, document=document, recorded_at=now))
         case SetpointsEntry():
             document = jsonable([asdict(line) for line in entry.told])

@@ -1,6 +1,7 @@
 """A recorded campaign put into a store that it was not flown with, for looking at it."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any
@@ -9,9 +10,10 @@ from sqlalchemy import Engine
 from sqlalchemy.orm import Session
 
 from gcs.ports import CampaignState, Event, SlotRecord, TelemetrySample
+from gcs.store.decision_documents import recorded_decision
 from gcs.store.entries import SlotEntry, TelemetryEntry, Writer, apply
 from gcs.store.jsonable import clean_text, jsonable
-from gcs.store.models import CampaignRow
+from gcs.store.models import CampaignRow, DecisionRow
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,7 @@ class ForeignCampaign:
     records: tuple[SlotRecord, ...]
     events: tuple[Event, ...]
     telemetry: tuple[TelemetrySample, ...] = ()
+    decisions: tuple[Mapping[str, Any], ...] = ()  # as gcs.store.decision_documents writes them
 
 
 def import_campaign(engine: Engine, campaign: ForeignCampaign) -> None:
@@ -46,11 +49,23 @@ def import_campaign(engine: Engine, campaign: ForeignCampaign) -> None:
             apply(session, SlotEntry(campaign.id, record), moment(record.time_s))
         for sample in campaign.telemetry:
             apply(session, TelemetryEntry(campaign.id, sample), moment(sample.time_s))
+        for document in campaign.decisions:
+            session.add(_decision_row(campaign, document, moment))
         for event in campaign.events:
             Writer(session, moment(event.time_s)).write(event)
             session.flush()  # the next one hangs on to it
         session.refresh(row)
         row.state, row.reason = campaign.state.value, clean_text(campaign.reason)  # whatever the last event said
+
+
+def _decision_row(
+    campaign: ForeignCampaign, document: Mapping[str, Any], moment: Callable[[float], datetime]
+) -> DecisionRow:
+    """As it was written: its reasons are those of then. Raises KeyError, TypeError, ValueError for what is none."""
+    record = recorded_decision(document)
+    slot_s = next((one.time_s for one in campaign.records if one.slot == record.slot), 0.0)
+    made_at = moment(record.time_s if math.isfinite(record.time_s) else slot_s)
+    return DecisionRow(campaign_id=campaign.id, slot=record.slot, document=jsonable(document), recorded_at=made_at)
 
 
 def _row(campaign: ForeignCampaign) -> CampaignRow:

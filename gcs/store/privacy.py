@@ -1,7 +1,8 @@
 """Forgetting where people were: a campaign's results stay, its users' places, names and receipts go.
 
 AoI, data and service of every user stay, under the number of his row, so that metrics can still be recomputed. What a
-place could be read from goes: places in slots and in decisions, and receipts. The audit log holds none.
+place could be read from goes: places in slots and in decisions, whom a drone attended to and where they were
+expected, and receipts. The audit log holds none.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,6 +12,7 @@ from typing import Any
 from sqlalchemy import Engine, delete, select, update
 from sqlalchemy.orm import Session
 
+from gcs.store.decision_documents import without_places
 from gcs.store.models import CampaignRow, DecisionRow, SlotRow, UploadRow
 from gcs.store.records import TERMINAL
 
@@ -29,8 +31,7 @@ def wipe_places(engine: Engine, campaign_id: str) -> None:
         for row in session.scalars(select(SlotRow).where(SlotRow.campaign_id == campaign_id)):
             row.users = [_nobody(number, user) for number, user in enumerate(row.users)]
         for decision in session.scalars(select(DecisionRow).where(DecisionRow.campaign_id == campaign_id)):
-            users = [[None, None, *rest] for _, _, *rest in decision.document.get("users", ())]
-            decision.document = {**decision.document, "users": users}
+            decision.document = without_places(decision.document)
         session.execute(delete(UploadRow).where(UploadRow.campaign_id == campaign_id))
         changed = update(CampaignRow).where(CampaignRow.id == campaign_id)
         session.execute(changed.values(places_wiped_at=datetime.now(UTC)))

@@ -9,12 +9,12 @@ from sqlalchemy import Engine, func, select
 from sqlalchemy.orm import Session
 
 from gcs.ports import Checkpoint, DecisionRecord, SetpointSummary, Severity, SlotRecord
+from gcs.store.decision_documents import recorded_decision
 from gcs.store.models import CheckpointRow, CommandRow, DecisionRow, EventRow, SetpointsRow, SlotRow, UploadRow
 from gcs.store.records import (
     EventRecord,
     event_record,
     recorded_checkpoint,
-    recorded_decision,
     recorded_metrics,
     slot_record,
 )
@@ -119,6 +119,20 @@ class Slots:
 
 
 @dataclass(frozen=True)
+class DecisionMoment:
+    """A decision and when it was made; ``time_s`` as of gcs.api.recorded_clock.Moment."""
+
+    id: int
+    decision: DecisionRecord
+    recorded_at: datetime
+
+    @property
+    def time_s(self) -> float:
+        """On the flight clock of the server that flew; NaN where an older version did not note it."""
+        return self.decision.time_s
+
+
+@dataclass(frozen=True)
 class Checkpoints:
     """What campaigns in the air are taken up from, and what was decided in them."""
 
@@ -135,6 +149,19 @@ class Checkpoints:
         query = select(DecisionRow.document).where(DecisionRow.campaign_id == campaign_id).order_by(DecisionRow.id)
         with Session(self.engine) as session:
             return [recorded_decision(document) for document in session.scalars(query)]
+
+    def decision_documents(self, campaign_id: str) -> Sequence[dict[str, Any]]:
+        """As stored, in the order in which they were made, for an export."""
+        query = select(DecisionRow.document).where(DecisionRow.campaign_id == campaign_id).order_by(DecisionRow.id)
+        with Session(self.engine) as session:
+            return list(session.scalars(query))
+
+    def decisions_part(self, campaign_id: str, first: int, limit: int) -> Sequence[DecisionMoment]:
+        """At most ``limit`` decisions from id ``first`` on, flown or not."""
+        wanted = (DecisionRow.campaign_id == campaign_id) & (DecisionRow.id >= first)
+        with Session(self.engine) as session:
+            rows = session.scalars(select(DecisionRow).where(wanted).order_by(DecisionRow.id).limit(limit))
+            return [DecisionMoment(row.id, recorded_decision(row.document), row.recorded_at) for row in rows]
 
     def setpoints(self, campaign_id: str) -> Sequence[tuple[int, tuple[SetpointSummary, ...]]]:
         """(slot, a line a UAV) in the order of recording; see ports.Journal.record_setpoints."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from sqlalchemy import Row
 
-from gcs.ports import CampaignState, Checkpoint, DecisionRecord, DroneCheckpoint, SlotRecord, UavSlot, UserSlot
+from gcs.ports import CampaignState, Checkpoint, DroneCheckpoint, SlotRecord, UavSlot, UserSlot
 from gcs.store.models import CampaignRow, EventRow, SlotRow
 from policy.world.metrics import Metrics
 
@@ -90,20 +90,6 @@ def recorded_checkpoint(document: Mapping[str, Any]) -> Checkpoint:
         for drone in document["drones"]
     )
     return Checkpoint(**dict(document) | {"state": CampaignState(document["state"]), "drones": drones})
-
-
-def recorded_decision(document: Mapping[str, Any]) -> DecisionRecord:
-    """A decision as stored; JSON keeps every bit of a double."""
-    pairs = {name: tuple(map(tuple, document[name])) for name in ("pos_enu_m", "vel_enu_mps")}
-    names = ("energy_left_j", "active", "heading_rad", "speed_mps", "end_heading_rad", "end_speed_mps")
-    rows = {name: tuple(document[name]) for name in names if document.get(name) is not None}
-    users = tuple(
-        (math.nan if east is None else east, math.nan if north is None else north, data_mb, aoi, active)
-        for east, north, data_mb, aoi, active in document.get("users", ())
-    )
-    limits = {name: document.get(name, math.nan) for name in ("max_speed_mps", "max_accel_mps2")}
-    told = {name: math.inf if value is None else value for name, value in limits.items()}  # JSON has no infinity
-    return DecisionRecord(**dict(document) | pairs | rows | told | {"users": users})
 
 
 def recorded_metrics(values: Mapping[str, Any] | None) -> Metrics | None:

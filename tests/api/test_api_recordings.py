@@ -1,5 +1,7 @@
 """Recorded campaigns over REST, and when events fell on the slot clock."""
 
+import math
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
@@ -11,7 +13,7 @@ from hypothesis import strategies as st
 
 from gcs.api.recorded_clock import recorded_clock
 from gcs.api.recordings import slot_positions
-from gcs.ports import TelemetrySample
+from gcs.ports import DecisionRecord, Event, TelemetrySample
 from gcs.store.reading import SlotTime
 from gcs.store.records import EventRecord
 from gcs.store.telemetry import SampleTime
@@ -127,7 +129,78 @@ def test_telemetry_comes_in_parts_as_the_stream_would_have_told_it(flown: str, k
     assert operator.get("/api/v1/campaigns/none/recording/telemetry").status_code == 404
 
 
-def test_nothing_flown_is_nothing_to_replay(campaign_id: str, operator: httpx.Client) -> None:
+def decision(slot: int, **change: Any) -> DecisionRecord:
+    still = ((1.0, 2.0),) * 2
+    told = {"horizon_slots": 8, "relations": [[{"user": 1, "weight": 0.4}]], "predicted_user_enu_m": [[0, 0], [7, 8]]}
+    record = DecisionRecord(
+        slot, still, still, (9.0,) * 2, (True,) * 2, (math.pi / 2, -math.pi / 2), (7.0, 8.0), 2.5, explanation=told
+    )
+    return replace(record, time_s=0.2 + 15.0 * slot, **change)
+
+
+def test_reasons_come_in_parts_each_with_the_decision_that_it_belongs_to(
+    flown: str, keyed: Server, operator: httpx.Client
+) -> None:
+    late, unknown = decision(1, flown=False), decision(2, explanation=None)
+    for record in (decision(0), late, decision(1, duration_ms=7.0), unknown):
+        keyed.store.journal.record_decision(flown, record)
+    assert keyed.store.journal.flush(WAIT_S)
+    url = f"/api/v1/campaigns/{flown}/recording/explanations"
+    part = operator.get(url, params={"limit": 2}).json()
+    (first,) = part["decisions"]
+    assert (first["at_s"], first["slot"], first["told"], first["horizon_slots"]) == (0.2, 0, "reasons", 8)
+    assert first["moves"] == [[90.0, 7.0], [270.0, 8.0]]
+    assert first["uavs"][0]["relations"] == [{"user": 1, "weight": 0.4, "expected_m": [7.0, 8.0]}]
+    rest = operator.get(url, params={"first": part["next_first"]}).json()
+    assert [(one["slot"], one["duration_ms"], one["told"]) for one in rest["decisions"]] == [
+        (1, 7.0, "reasons"),
+        (2, 2.5, "unknown"),
+    ]
+    assert rest["next_first"] is None
+    assert operator.get(url, params={"first": 2**31 - 1}).json()["decisions"] == []
+    assert operator.get("/api/v1/campaigns/none/recording/explanations").status_code == 404
+
+
+def test_a_report_has_the_reasons_and_without_places_nobody_in_them(
+    flown: str, keyed: Server, operator: httpx.Client
+) -> None:
+    keyed.store.journal.record_decision(flown, decision(0))
+    assert keyed.store.journal.flush(WAIT_S)
+    url = f"/api/v1/campaigns/{flown}/report"
+    whole, bare = (operator.get(url, params={"places": places}).json()["decisions"] for places in (True, False))
+    assert [uav["relations"] for uav in whole[0]["explanation"]["uavs"]] != [[]]
+    assert [uav["relations"] for uav in bare[0]["explanation"]["uavs"]] == [[]]
+
+
+def test_nothing_started_is_nothing_to_replay(campaign_id: str, operator: httpx.Client) -> None:
     answer = operator.get(f"/api/v1/campaigns/{campaign_id}/recording")
     assert (answer.status_code, "nothing to replay" in answer.json()["detail"]) == (409, True)
     assert operator.get("/api/v1/campaigns/none/recording/slots").status_code == 404
+
+
+def test_a_campaign_that_failed_before_its_first_slot_shows_its_launch_and_why(
+    keyed: Server, operator: httpx.Client, campaign_id: str
+) -> None:
+    journal, fleet = keyed.store.journal, keyed.control.snapshot().vehicles
+    for time_s in (10.0, 11.0, 30.0):
+        journal.record_telemetry(campaign_id, TelemetrySample(time_s, fleet))
+    for time_s, state, reason in ((10.0, "launching", ""), (30.0, "failed", "UAV 1 did not climb")):
+        data = {"state": state, "reason": reason}
+        journal.record(Event(time_s, "campaign.state", state, campaign_id=campaign_id, data=data))
+    assert journal.flush(WAIT_S)
+    told = operator.get(f"/api/v1/campaigns/{campaign_id}/recording").json()
+    assert (told["state"], told["reason"], told["length_s"]) == ("failed", "UAV 1 did not climb", 20.0)
+    assert (told["first_slot"], told["last_slot"], told["slot_at_s"], told["samples"]) == (None, None, [], 3)
+    assert [(one["message"], one["at_s"]) for one in told["events"]][-2:] == [("launching", 0.0), ("failed", 20.0)]
+    telemetry = operator.get(f"/api/v1/campaigns/{campaign_id}/recording/telemetry").json()
+    assert [one["at_s"] for one in telemetry["samples"]] == [0.0, 1.0, 20.0]
+    assert operator.get(f"/api/v1/campaigns/{campaign_id}/recording/slots").json()["slots"] == []
+    assert operator.get(f"/api/v1/campaigns/{campaign_id}/recording/explanations").json()["decisions"] == []
+
+
+def test_a_campaign_that_was_struck_off_shows_its_log(operator: httpx.Client, campaign_id: str) -> None:
+    assert operator.post(f"/api/v1/campaigns/{campaign_id}/abort").status_code == 202
+    told = operator.get(f"/api/v1/campaigns/{campaign_id}/recording").json()
+    assert (told["state"], told["samples"], told["first_slot"]) == ("aborted", 0, None)
+    assert "struck off" in told["reason"]
+    assert [one["kind"] for one in told["events"]] == ["campaign.created", "campaign.struck_off"]

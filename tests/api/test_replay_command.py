@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,8 @@ from fleet_at_work import fleet_snapshot
 from gcs.__main__ import main
 from gcs.cli.flight_results import FlownCampaign, write_report
 from gcs.cli.recordings import copy_recording
-from gcs.ports import CampaignState, Event, SlotRecord, TelemetrySample, UavSlot
+from gcs.ports import CampaignState, DecisionRecord, Event, SlotRecord, TelemetrySample, UavSlot
+from gcs.store.decision_documents import decision_document
 from gcs.store.store import using_store
 from policy.agents.registry import PolicyChoice
 from policy.mission_file import load_mission
@@ -36,6 +38,23 @@ def record(slot: int) -> SlotRecord:
     uavs = (UavSlot(1, 100.0 * slot, 50.0, 90.0, 17.0, 1500.0 * slot), UavSlot(2, 7.0, 9.0, 0.0, 0.0, 10.0 * slot))
     metrics = latest.metrics if slot else None
     return SlotRecord(slot, 20.0 + 15.0 * slot, uavs, latest.users, metrics, 2.5 if slot else None)
+
+
+def decision(slot: int) -> DecisionRecord:
+    two = ((1.0, 2.0), (3.0, 4.0))
+    told = {"uavs": [{"uav": 0, "path_enu_m": [[slot, 2]]}], "relations": [[{"user": 2, "weight": 0.5}]]}
+    return DecisionRecord(
+        slot,
+        two,
+        two,
+        (9.0, 9.0),
+        (True, True),
+        (0.5, 1.5),
+        (7.0, 8.0),
+        2.5,
+        time_s=20.1 + 15.0 * slot,
+        explanation=told,
+    )
 
 
 def events(campaign_id: str | None) -> tuple[Event, ...]:
@@ -61,6 +80,7 @@ def store_file(tmp_path: Path) -> tuple[Path, str]:
             store.journal.record(one)
         for sample in TELEMETRY:
             store.journal.record_telemetry(campaign.id, sample)
+        store.journal.record_decision(campaign.id, decision(1))
         assert store.journal.flush(WAIT_S)
         store.journal.record(Event(9e6, "safety.stop", "somebody else's flight, later"))
     return path, campaign.id
@@ -90,6 +110,8 @@ def test_a_store_is_shown_and_nothing_of_it_is_written_or_may_be_changed(store_f
     before = hashlib.sha256(path.read_bytes()).hexdigest()
     with replaying(path) as (client, shown):
         assert shown == campaign_id
+        (why,) = client.get(f"/api/v1/campaigns/{shown}/recording/explanations").json()["decisions"]
+        assert (why["slot"], why["at_s"]) == (1, pytest.approx(23.1))
         told = client.get(f"/api/v1/campaigns/{shown}/recording").json()
         slots = client.get(f"/api/v1/campaigns/{shown}/recording/slots").json()["slots"]
         telemetry = client.get(f"/api/v1/campaigns/{shown}/recording/telemetry").json()["samples"]
@@ -119,6 +141,7 @@ def test_an_export_holds_the_same_recording_as_its_store(store_file: tuple[Path,
     folder.mkdir()
     with using_store(copy_recording(file, folder)) as store, using_store(f"sqlite:///{path}") as own:
         assert store.slots.of(campaign_id) == own.slots.of(campaign_id)
+        assert store.checkpoints.decision_documents(campaign_id) == own.checkpoints.decision_documents(campaign_id)
         assert list(store.telemetry.rows(campaign_id)) == list(own.telemetry.rows(campaign_id))
         (copied,) = store.campaigns.newest()
         known = own.campaigns.get(campaign_id)
@@ -135,7 +158,7 @@ def test_a_report_folder_is_a_recording_too(tmp_path: Path) -> None:
         mission, PolicyChoice("gcrl"), mission.scenario, 0, CampaignState.DONE, "", records, events(None), {}, 9.0,
         "2026-11-01T12:00:00+00:00", TELEMETRY,
     )  # fmt: skip
-    write_report(flown, (), tmp_path / "report")
+    write_report(replace(flown, decisions=(decision(1), decision(2))), (), tmp_path / "report")
     with using_store(copy_recording(tmp_path / "report", tmp_path)) as store:
         (campaign,) = store.campaigns.newest()
         assert (campaign.policy, campaign.slots) == ("gcrl", mission.scenario.slots)
@@ -145,6 +168,9 @@ def test_a_report_folder_is_a_recording_too(tmp_path: Path) -> None:
         assert [one.time_s for one in found] == [one.time_s for one in records]
         kept = [sample for _, sample in store.telemetry.part(campaign.id, 0, 10)]
         assert [one.time_s for one in kept] == [one.time_s for one in TELEMETRY]
+        decisions = store.checkpoints.decisions_part(campaign.id, 0, 10)
+        assert [one.decision.slot for one in decisions] == [1, 2]
+        assert decisions[0].decision.explanation == decision_document(decision(1))["explanation"]
         assert kept[0].vehicles[1].mode_name == TELEMETRY[0].vehicles[1].mode_name
         kappa = [one.metrics and one.metrics.episodic_aoi for one in found]
         assert kappa == [one.metrics and one.metrics.episodic_aoi for one in records]

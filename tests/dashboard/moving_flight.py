@@ -130,7 +130,9 @@ def reasons(record: SlotRecord) -> dict[str, Any]:
         }
         for index, uav in enumerate(record.uavs)
     ]
-    return {"horizon_slots": 8, "value": 12.0, "predicted_gain": 0.2, "uavs": uavs, "relations": relations}
+    ahead = [[user.east_m + 30.0, user.north_m + 20.0] for user in record.users]
+    head = {"horizon_slots": 8, "value": 12.0, "predicted_gain": 0.2}
+    return {**head, "uavs": uavs, "relations": relations, "predicted_user_enu_m": ahead}
 
 
 class MovingFlight:

@@ -1,11 +1,13 @@
 """A campaign in the store as a flight would have left it there: launch, six slots, a lost link, a pause, way home."""
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import Any
 
-from moving_flight import Rounds, Sight, slot_records
+from moving_flight import Rounds, Sight, reasons, slot_records
 
-from gcs.ports import Event, FlightMode, Landed, Severity, SlotRecord, TelemetrySample, VehicleStatus
+from gcs.ports import DecisionRecord, Event, FlightMode, Landed, Severity, SlotRecord, TelemetrySample, VehicleStatus
 from gcs.store.store import Store
 from policy.evaluation.rollout import fly
 from policy.mission_file import load_mission, open_campaign
@@ -18,6 +20,8 @@ LOST_AT_S = LAUNCH_S + 3 * SLOT_S + PAUSE_S + 1.0
 HEARD_AT_S = LOST_AT_S + 12.0
 LENGTH_S = LAUNCH_S + SLOTS * SLOT_S + PAUSE_S + HOME_S
 FRAME = load_mission("demo").scenario.area.frame
+CLIMB_S = 10.0  # of the launch that fails
+FAILED_WORDS = "no drone is left: UAV 1 did not climb"
 LOST_WORDS = "UAV 2 is not heard any more"
 
 
@@ -25,20 +29,71 @@ def record_campaign(store: Store) -> str:
     """The id of a campaign that is over."""
     mission = load_mission("demo")
     campaign = store.campaigns.create(mission, "ann")
-    scenario, traces = open_campaign(mission)
-    assert traces is not None
-    flown = slot_records(fly(replace(scenario, slots=SLOTS), Sight(traces), Rounds()))
-    records = [replace(record, time_s=BEGUN_S + slot_end_s(record.slot)) for record in flown]
+    records = flown_records()
     journal = store.journal
     for record in records:
         journal.record_slot(campaign.id, record)
     for second in range(int(LENGTH_S) + 1):
         vehicles = tuple(vehicle_at(records, i, float(second)) for i in (1, 2))
         journal.record_telemetry(campaign.id, TelemetrySample(BEGUN_S + second, vehicles))
+    for slot, record in enumerate(records[:-1]):
+        journal.record_decision(campaign.id, decision_of(record, records[slot + 1]))
     for event in events():
         journal.record(replace(event, time_s=BEGUN_S + event.time_s, campaign_id=campaign.id))
     assert journal.flush(10.0)
     return campaign.id
+
+
+def decision_of(before: SlotRecord, after: SlotRecord) -> DecisionRecord:
+    """Made a moment after the slot began. Slot 3 was recorded by an older version; in slot 4 the policy broke."""
+    told: dict[int, Mapping[str, Any] | None] = {3: None, 4: Broken()}
+    return DecisionRecord(
+        slot=before.slot,
+        pos_enu_m=tuple((uav.east_m, uav.north_m) for uav in before.uavs),
+        vel_enu_mps=tuple((0.0, 0.0) for _ in before.uavs),
+        energy_left_j=tuple(1e6 - uav.energy_j for uav in before.uavs),
+        active=tuple(uav.active for uav in before.uavs),
+        heading_rad=tuple(math.radians(uav.heading_deg) for uav in after.uavs),
+        speed_mps=tuple(uav.speed_mps for uav in after.uavs),
+        duration_ms=2.0,
+        time_s=before.time_s + 0.1,
+        explanation=told.get(before.slot, reasons(before)),
+    )
+
+
+class Broken(Mapping[str, Any]):
+    """Reasons that cannot be worked out."""
+
+    def __getitem__(self, key: str) -> Any:
+        raise RuntimeError("the network is gone")
+
+    def __iter__(self) -> Iterator[str]:
+        raise RuntimeError("the network is gone")
+
+    def __len__(self) -> int:
+        return 1
+
+
+def record_failed_launch(store: Store) -> str:
+    """The id of a campaign that failed while its drones climbed: no slot."""
+    campaign = store.campaigns.create(load_mission("demo"), "ann")
+    records = flown_records()
+    for second in range(int(CLIMB_S) + 1):
+        vehicles = tuple(vehicle_at(records, i, float(second)) for i in (1, 2))
+        store.journal.record_telemetry(campaign.id, TelemetrySample(BEGUN_S + second, vehicles))
+    for at_s, name, reason in ((0.0, "launching", ""), (CLIMB_S, "failed", FAILED_WORDS)):
+        data = {"state": name, "reason": reason}
+        store.journal.record(Event(BEGUN_S + at_s, "campaign.state", name, campaign_id=campaign.id, data=data))
+    assert store.journal.flush(10.0)
+    return campaign.id
+
+
+def flown_records() -> list[SlotRecord]:
+    """The slots of the world model's flight, by the flight clock."""
+    scenario, traces = open_campaign(load_mission("demo"))
+    assert traces is not None
+    flown = slot_records(fly(replace(scenario, slots=SLOTS), Sight(traces), Rounds()))
+    return [replace(record, time_s=BEGUN_S + slot_end_s(record.slot)) for record in flown]
 
 
 def slot_end_s(slot: int) -> float:

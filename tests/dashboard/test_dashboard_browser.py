@@ -172,9 +172,15 @@ def test_a_silent_drone_is_a_warning_and_its_values_are_not_shown_as_live(page: 
 
 def test_loss_of_the_server_is_shown_large_and_the_page_comes_back_by_itself(page: Page, desk: Desk, shot: Shot):
     fly_demo(page)
+    page.keyboard.press("Shift+Escape")
+    expect(page.get_by_role("group", name="Emergency stop")).to_contain_text("latched")
     desk.stop()
     expect(page.get_by_test_id("lost")).to_be_visible()
     expect(page.get_by_test_id("link")).to_have_text("connection lost")
+    stop = page.get_by_role("group", name="Emergency stop")
+    expect(stop).to_contain_text("unconfirmed")  # somebody else may have released it since
+    expect(stop.get_by_role("button", name=re.compile("STOPPED"))).to_be_enabled()
+    expect(stop.get_by_role("button", name=re.compile("Release"))).to_be_disabled()
     expect(page.locator(".page")).to_have_class(re.compile("old"))
     expect(control(page, "^Abort")).to_be_disabled()
     shot(page, "dashboard_lost")

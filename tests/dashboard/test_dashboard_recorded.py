@@ -7,7 +7,20 @@ from pathlib import Path
 import pytest
 from operator_desk import Desk
 from playwright.sync_api import Browser, Locator, Page, expect
-from recorded_flight import HEARD_AT_S, LENGTH_S, LOST_AT_S, LOST_WORDS, PAUSED_AT_S, record_campaign
+from recorded_flight import (
+    CLIMB_S,
+    FAILED_WORDS,
+    HEARD_AT_S,
+    LAUNCH_S,
+    LENGTH_S,
+    LOST_AT_S,
+    LOST_WORDS,
+    PAUSE_S,
+    PAUSED_AT_S,
+    SLOT_S,
+    record_campaign,
+    record_failed_launch,
+)
 from test_dashboard_access import complaints
 from test_dashboard_browser import cut_off, sign_in
 
@@ -22,6 +35,7 @@ def opened(built_page: Path, browser: Browser, tmp_path_factory: pytest.TempPath
     """One server, one recording and one page for all that only look."""
     store = open_store(f"sqlite:///{tmp_path_factory.mktemp('recorded') / 'page.sqlite3'}")
     desk = Desk(store)
+    record_failed_launch(store)
     campaign_id = record_campaign(store)
     desk.start()
     context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
@@ -109,6 +123,57 @@ def test_alerts_come_and_go_at_their_time_and_what_was_stale_is_stale(recorded: 
     expect(then).to_contain_text("1 warning, 0 cautions")
     seek(page, HEARD_AT_S + 2)
     expect(then).to_have_count(0)  # acknowledged
+
+
+def why(page: Page, system_id: int) -> Locator:
+    return page.get_by_test_id(f"why-{system_id}")
+
+
+def test_why_it_flew_so_is_what_was_told_then_and_its_lack_is_said(recorded: Page, shot: Shot):
+    page, drawn = recorded, recorded.get_by_test_id("map")
+    choose = card(page, 1).get_by_role("button", name=re.compile("UAV 1")).first
+    seek(page, 5)
+    choose.click()
+    expect(why(page, 1)).to_have_count(0)  # on its way up
+    expect(drawn).to_have_attribute("data-why-lines", "0")
+    seek(page, LAUNCH_S + 5)
+    told = [in_slot(page, LAUNCH_S + 5, "slot 0")]
+    expect(drawn).to_have_attribute("data-why-lines", "5")
+    expect(why(page, 1).get_by_role("row")).to_have_count(4)
+    shot(page, "dashboard_replay_why")
+    told.append(in_slot(page, LAUNCH_S + SLOT_S + 5, "slot 1"))
+    assert told[0] != told[1]
+    assert in_slot(page, LAUNCH_S + 5, "slot 0") == told[0]
+    seek(page, LAUNCH_S + 3 * SLOT_S + PAUSE_S + 5)
+    expect(why(page, 1)).to_contain_text("the version that flew kept no reasons")
+    expect(drawn).to_have_attribute("data-why-lines", "0")
+    seek(page, LAUNCH_S + 4 * SLOT_S + PAUSE_S + 5)
+    expect(why(page, 1)).to_contain_text("The policy could not say why (RuntimeError: the network is gone).")
+    shot(page, "dashboard_replay_no_reasons")
+    choose.click()
+
+
+def in_slot(page: Page, at_s: float, words: str) -> str:
+    """Everything that is told of UAV 1, once it is told of this slot."""
+    seek(page, at_s)
+    expect(why(page, 1)).to_contain_text(re.compile(rf"flies \d+° at [\d.]+ m/s in {words}"))
+    return why(page, 1).inner_text()
+
+
+def test_a_launch_that_failed_shows_what_there_is_and_why(recorded: Page, shot: Shot):
+    page, replay = recorded, recorded.get_by_test_id("replay")
+    page.locator("#campaign-choice").select_option(label="demo · gcrl · failed")
+    expect(replay).to_have_attribute("data-samples", str(int(CLIMB_S) + 1))
+    page.get_by_label("Time of the replay, seconds").press("End")
+    expect(page.get_by_test_id("recorded-state")).to_have_text("recorded, failed")
+    expect(page.get_by_role("region", name="Campaign")).to_contain_text(f"failed: {FAILED_WORDS}")
+    expect(card(page, 1)).to_contain_text("AUTO.TAKEOFF")
+    says(page, 1, "height", "60 m")
+    expect(page.get_by_test_id("map")).to_have_attribute("data-drones", "2")
+    expect(page.get_by_role("region", name="Events").get_by_role("listitem").first).to_contain_text("failed")
+    shot(page, "dashboard_replay_failed_launch")
+    page.locator("#campaign-choice").select_option(label="demo · gcrl · done")
+    expect(replay).to_have_attribute("data-samples", str(int(LENGTH_S) + 1))
 
 
 def test_a_second_is_a_step_and_it_plays_in_real_seconds(recorded: Page):

@@ -1,5 +1,6 @@
 """A flown campaign's decisions made again from the store: bit for bit, and where another policy would differ."""
 
+import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -16,6 +17,7 @@ from gcs.mission.manager import MissionManager
 from gcs.mission.resume import Resumption
 from gcs.ports import CampaignState
 from gcs.recheck.decisions import RecheckError, recheck, world_state
+from gcs.store.reasons import kept_reasons
 from gcs.store.store import Store, open_store
 from policy.agents.base import Decision
 from policy.agents.registry import PolicyChoice
@@ -83,6 +85,21 @@ def test_the_same_policy_decides_bit_for_bit_the_same(
     assert len(kept.checkpoints.decisions(campaign)) == SLOTS
     assert main(["recheck", campaign, "--store", url(kept)]) == 0
     assert "bit for bit the same" in capsys.readouterr().out
+    check_reasons(kept, campaign, policy)
+
+
+def check_reasons(kept: Store, campaign: str, policy: str) -> None:
+    """Those on record are those that the policy gives for that decision; whom it attends to, gcrl alone can say."""
+    decisions, slots = kept.checkpoints.decisions(campaign), kept.slots.of(campaign)
+    agent, first = PolicyChoice(policy).build(), decisions[0]
+    scenario = replace(mission(policy).scenario, max_speed_mps=first.max_speed_mps)
+    agent.reset(scenario.with_accel(first.max_accel_mps2), first.seed)
+    for decision in decisions:
+        again = agent.decide(world_state(decision, slots[decision.slot])).explanation
+        assert decision.explanation == json.loads(json.dumps(kept_reasons(again)))
+        assert decision.time_s == pytest.approx(slots[decision.slot].time_s, abs=0.11)  # a tick
+    told = [uav for decision in decisions for uav in (decision.explanation or {})["uavs"]]
+    assert any(uav["relations"] for uav in told) == (policy == "gcrl")
 
 
 @pytest.mark.parametrize("policy", ["receding-horizon", "random"])

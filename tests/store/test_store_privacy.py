@@ -24,9 +24,11 @@ LONG = timedelta(days=3650)
 def flown(store: Store, campaign_id: str, state: str = "done") -> None:
     """One slot of one user, a decision that saw her, and a receipt."""
     user = UserSlot(NAME, EAST, 2.0, 3.0, 0.25, True)
+    why = {"relations": [[{"user": 0, "weight": 0.5}]], "predicted_user_enu_m": [[EAST, 2.0]], "horizon_slots": 8}
     decision = DecisionRecord(
-        0, ((1.0, 2.0),), ((0.0, 0.0),), (9.0,), (True,), (0.5,), (7.0,), 1.0, users=((EAST, 2.0, 0.25, 3.0, True),)
-    )
+        0, ((1.0, 2.0),), ((0.0, 0.0),), (9.0,), (True,), (0.5,), (7.0,), 1.0, users=((EAST, 2.0, 0.25, 3.0, True),),
+        explanation=why,
+    )  # fmt: skip
     journal = store.journal
     journal.record_slot(campaign_id, SlotRecord(0, 1.0, (UavSlot(1, 5.0, 6.0, 7.0, 8.0, 9.0),), (user,), None))
     journal.record_decision(campaign_id, decision)
@@ -45,6 +47,9 @@ def check_wiped(store: Store, campaign_id: str) -> None:
     (decision,) = store.checkpoints.decisions(campaign_id)
     assert all(math.isnan(value) for value in decision.users[0][:2])
     assert decision.users[0][2:] == (0.25, 3.0, True)
+    assert decision.explanation is not None
+    assert [uav["relations"] for uav in decision.explanation["uavs"]] == [[]]
+    assert (decision.explanation["wiped"], decision.explanation["horizon_slots"]) == (True, 8)
     assert store.uploads.of(campaign_id) == []
     record = store.campaigns.get(campaign_id)
     assert record is not None

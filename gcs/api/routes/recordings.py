@@ -1,5 +1,7 @@
-"""A recorded campaign, for the page's replay: its frame and log, and its slots and telemetry in parts."""
+"""A recorded campaign, for the page's replay: its frame and log, and its slots, telemetry and reasons in parts."""
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -7,8 +9,9 @@ from fastapi import APIRouter, Query
 
 from gcs.api.catalog import campaign_static
 from gcs.api.context import ApiContext, Context
+from gcs.api.explanations import ExplanationsPage, recorded_decision_view
 from gcs.api.problems import Problem
-from gcs.api.recorded_clock import recorded_clock
+from gcs.api.recorded_clock import Moment, RecordedClock, recorded_clock
 from gcs.api.recordings import (
     RecordingView,
     SlotsPage,
@@ -19,42 +22,64 @@ from gcs.api.recordings import (
     without_files,
 )
 from gcs.api.routes.campaigns import CampaignId, require, state_of
-from gcs.store.records import CampaignRecord
+from gcs.ports import CampaignState
+from gcs.store.reading import DecisionMoment, EventFilter, SlotTime
+from gcs.store.records import CampaignRecord, EventRecord
+from gcs.store.telemetry import SampleTime
 from policy.mission_file import Mission, MissionError, parse_mission
 
 router = APIRouter(prefix="/campaigns/{campaign_id}/recording", tags=["campaigns"])
 MAX_EVENTS = 10_000
 USER_ROWS = 40_000  # a page: about 1.5 MB
 VEHICLE_ROWS = 8_000  # likewise
+REASON_ROWS = 2_000  # likewise
 
 
 @router.get("")
 def recording(campaign_id: CampaignId, context: Context) -> RecordingView:
-    """Area, state and log of a campaign with its slots' range; 409 when no slot was recorded."""
+    """Area, state and log of a campaign with its slots' range; 409 for one that was never started.
+
+    A campaign that ended before its first slot has no slots, and what there is: telemetry of its launch, and the log.
+    """
     record = require(context, campaign_id)
-    times = context.store.slots.times(campaign_id)
-    if not times:
-        raise Problem(409, f"campaign {campaign_id} has not flown a slot: there is nothing to replay")
+    state = state_of(context, record)
+    times, samples = context.store.slots.times(campaign_id), context.store.telemetry.times(campaign_id)
+    if not (times or samples) and state in {CampaignState.DRAFT, CampaignState.READY}:
+        raise Problem(409, f"campaign {campaign_id} was never started: there is nothing to replay")
     mission = seen_mission(context, record)
     static = campaign_static(record.id, mission)
-    samples = context.store.telemetry.times(campaign_id)
-    clock = recorded_clock(times, samples)
-    moments = [one.recorded_at for one in times] + [one.recorded_at for one in samples]
-    events = context.store.events.during(record.id, min(moments), max(moments), MAX_EVENTS)
+    events, moments = _log(context, record.id, times, samples)
+    clock = recorded_clock(times, samples, () if times or samples else events)
+    length_s = round(clock.length_s, 2)
+    at_s, known = clock.at_s(times), times or moments
     return RecordingView(
         campaign=static.model_copy(update={"user_source": record.user_source, "policy": record.policy}),
-        state=state_of(context, record),
+        state=state,
         reason=record.reason,
-        begun_at=times[0].recorded_at,
-        ended_at=times[-1].recorded_at,
-        first_slot=times[0].slot,
-        last_slot=times[-1].slot,
+        begun_at=known[0].recorded_at if known else None,
+        ended_at=known[-1].recorded_at if known else None,
+        begun_at_s=at_s[0] if times else 0.0,
+        ended_at_s=at_s[-1] if times else length_s,
+        first_slot=times[0].slot if times else None,
+        last_slot=times[-1].slot if times else None,
         battery_j=mission.scenario.battery_j,
-        length_s=round(clock.length_s, 2),
-        slot_at_s=list(zip((one.slot for one in times), clock.at_s(times), strict=True)),
+        length_s=length_s,
+        slot_at_s=list(zip((one.slot for one in times), at_s, strict=True)),
         samples=len(samples),
         events=recorded_events(events, times, clock),
     )
+
+
+def _log(
+    context: ApiContext, campaign_id: str, times: Sequence[SlotTime], samples: Sequence[SampleTime]
+) -> tuple[Sequence[EventRecord], Sequence[Moment]]:
+    """The campaign's events with what happened meanwhile, and the moments between which that is."""
+    moments: list[Moment] = sorted((*times, *samples), key=lambda one: one.recorded_at)
+    if moments:
+        first, last = moments[0].recorded_at, moments[-1].recorded_at
+        return context.store.events.during(campaign_id, first, last, MAX_EVENTS), moments
+    events = context.store.events.find(EventFilter(campaign_id=campaign_id), MAX_EVENTS)
+    return events, events
 
 
 @router.get("/slots")
@@ -92,6 +117,36 @@ def telemetry(
     part = [(place[when.id], sample) for when, sample in found[:most]]
     more = found[most][0].id if len(found) > most else None
     return telemetry_page(part, scenario.area.frame, scenario.battery_j, more)
+
+
+@router.get("/explanations")
+def explanations(
+    campaign_id: CampaignId,
+    context: Context,
+    first: Annotated[int, Query(ge=0, le=2**31 - 1)] = 0,
+    limit: Annotated[int, Query(ge=1, le=2_000)] = 500,
+) -> ExplanationsPage:
+    """Why: decisions that were flown, from one decision's number on, with what the policy told beside each then."""
+    require(context, campaign_id)
+    head = context.store.checkpoints.decisions_part(campaign_id, first, 1)
+    most = max(1, min(limit, REASON_ROWS // max(1, len(head[0].decision.heading_rad)))) if head else limit
+    found = context.store.checkpoints.decisions_part(campaign_id, first, most + 1)
+    times, samples = context.store.slots.times(campaign_id), context.store.telemetry.times(campaign_id)
+    if not (found and (times or samples)):
+        return ExplanationsPage(decisions=[], next_first=None)
+    clock = recorded_clock(times, samples)
+    begin_s = dict(zip((one.slot for one in times), clock.at_s(times), strict=True))
+    flown = [one for one in found[:most] if one.decision.flown]
+    more = found[most].id if len(found) > most else None
+    views = [recorded_decision_view(_made_at_s(clock, one, begin_s), one.decision) for one in flown]
+    return ExplanationsPage(decisions=views, next_first=more)
+
+
+def _made_at_s(clock: RecordedClock, one: DecisionMoment, begin_s: dict[int, float]) -> float:
+    """Into the recording; by the slot that it was made for, where an older version noted no time."""
+    if clock.by_wall or math.isfinite(one.time_s):
+        return clock.at_s([one])[0]
+    return begin_s.get(one.decision.slot, 0.0)
 
 
 def seen_mission(context: ApiContext, record: CampaignRecord) -> Mission:

@@ -23,6 +23,7 @@ from gcs.report.paper_row import paper_rows
 from gcs.report.repeat import provenance
 from gcs.report.tracks import geojson, kml
 from gcs.report.trajectory import trajectory_csv
+from gcs.store.decision_documents import without_places
 from gcs.store.jsonable import jsonable
 from gcs.store.reading import EventFilter
 from gcs.store.records import CampaignRecord, EventRecord
@@ -63,7 +64,7 @@ def report(
         slots = [_without_places(slot) for slot in slots]
     match format:
         case ReportFormat.JSON:
-            return JSONResponse(_document(context, record, slots))
+            return JSONResponse(_document(context, record, slots, places=places))
         case ReportFormat.CSV:
             return _file(campaign_id, "csv", "text/csv; charset=utf-8", trajectory_csv(slots))
         case ReportFormat.HTML:
@@ -82,8 +83,9 @@ def _file(campaign_id: str, suffix: str, media_type: str, text: str) -> Response
     return Response(text, media_type=media_type, headers=headers)
 
 
-def _document(context: ApiContext, record: CampaignRecord, slots: Sequence[SlotRecord]) -> object:
+def _document(context: ApiContext, record: CampaignRecord, slots: Sequence[SlotRecord], *, places: bool) -> object:
     metrics = slots[-1].metrics if slots else None
+    decisions = context.store.checkpoints.decision_documents(record.id)
     return jsonable(
         {
             "campaign": {"id": record.id, "name": record.name, "policy": record.policy, "document": record.document},
@@ -92,6 +94,7 @@ def _document(context: ApiContext, record: CampaignRecord, slots: Sequence[SlotR
             "metrics": None if metrics is None else asdict(metrics),
             "slots": [asdict(slot) for slot in slots],
             "telemetry": telemetry_document(context.store.telemetry.rows(record.id)),
+            "decisions": decisions if places else [without_places(one) for one in decisions],
             "events": [EventView(**asdict(event)).model_dump(mode="json") for event in _events(context, record)],
         }
         | (_beside(_report_data(context, record, slots)) if slots else {})

@@ -125,7 +125,7 @@ describe("vector tiles", () => {
 });
 
 describe("a replay", () => {
-  const recorded = { area: null, snapshot: snapshot({ vehicles: [vehicle({ system_id: 9 })] }), users: [], trails: new Map(), plans: [], points: [], events: [], reported: true, acknowledged: new Map() };
+  const recorded = { area: null, snapshot: snapshot({ vehicles: [vehicle({ system_id: 9 })] }), users: [], trails: new Map(), plans: [], points: [], events: [], reasons: null, reasonsNote: null, reported: true, acknowledged: new Map() };
   it("is shown in the flight's place, and hides neither the flight's alerts nor its end", () => {
     state.opened();
     state.receive(snapshot({ vehicles: [vehicle({ system_id: 1, heartbeat_age_s: 60 })] }), 10);

@@ -15,17 +15,17 @@ describe("why a drone flies so", () => {
     campaign_id: "c1", policy: "gcrl", slot: 3, value: 5, predicted_gain: null, horizon_slots: 8,
     uavs: [{
       system_id: 4, path_m: [[0, 0]], alternatives: [5, 1, 4, 2, 3].map(move),
-      relations: [{ user_id: "ann", weight: 0.4 }, { user_id: "bob", weight: 0.1 }, { user_id: "eve", weight: 0.1 }],
+      relations: [{ user_id: "ann", weight: 0.4, expected_m: [3, 4] }, { user_id: "bob", weight: 0.1, expected_m: null }, { user_id: "eve", weight: 0.1, expected_m: null }],
     }],
   };
   it("draws a line to each user whose place is known, the strongest as 1", () => {
     const users = [user({ user_id: "bob", east_m: 7, north_m: 8 }), user({ user_id: "ann", east_m: 1, north_m: 2 }), user({ user_id: "eve", east_m: null })];
-    expect(whyLines(explained(why, 4), users)).toEqual([{ toM: [1, 2], strength: 1 }, { toM: [7, 8], strength: 0.25 }]);
+    expect(whyLines(explained(why, 4), users)).toEqual([{ toM: [1, 2], strength: 1, expectedM: [3, 4] }, { toM: [7, 8], strength: 0.25, expectedM: null }]);
   });
   it("has nothing to say of another drone, or of a policy without reasons", () => {
     expect(explained(why, 5)).toBeNull();
     expect(whyLines(null, [])).toEqual([]);
-    expect(whyLines({ system_id: 4, path_m: [], alternatives: [], relations: [{ user_id: "ann", weight: 0 }] }, [user({ user_id: "ann" })])).toEqual([]);
+    expect(whyLines({ system_id: 4, path_m: [], alternatives: [], relations: [{ user_id: "ann", weight: 0, expected_m: null }] }, [user({ user_id: "ann" })])).toEqual([]);
   });
   it("shows the cheapest alternatives first, and where they lead", () => {
     expect(bestAlternatives(explained(why, 4)).map((one) => one.worse_by)).toEqual([1, 2, 3, 4]);

@@ -89,19 +89,27 @@ describe("a recording with telemetry", () => {
   const events = [state(0, "launching"), state(10, "flying"), state(15, "paused"), state(25, "flying"), state(35, "recovering"), state(40, "done")];
   const recording: Recording = {
     campaign: ground({ slots: 1 }), state: "done", reason: "", begun_at: "2026-11-01T10:00:10Z", ended_at: "2026-11-01T10:00:35Z",
-    first_slot: 0, last_slot: 1, battery_j: 1, length_s: 40, slot_at_s: slotAtS, samples: 41, events,
+    begun_at_s: 10, ended_at_s: 35, first_slot: 0, last_slot: 1, battery_j: 1, length_s: 40, slot_at_s: slotAtS, samples: 41, events,
   };
   const uav = { system_id: 1, east_m: 0, north_m: 0, heading_deg: 0, speed_mps: 0, energy_j: 0, active: true };
   const slots = [0, 1].map((slot) => ({ slot, decision_ms: null, metrics: null, uavs: [uav], users: [] }));
   const frames = framesOf({ user_ids: [], slots, next_first: null }, slotAtS);
   const samples = page(...Array.from({ length: 41 }, (_, k): [number, Partial<VehicleView>[]] => [k, [{ alt_home_m: k < 10 ? 12 * k : 120 }]]));
-  const at = (atS: number) => shownAt({ recording, frames, points: pointsOf(frames), samples }, atS);
+  const at = (atS: number) => shownAt({ recording, frames, points: pointsOf(frames), samples, decisions: null }, atS);
   it("shows launch and way home, the state of the moment, and a slot clock that stands while paused", () => {
     const told = [5, 12, 20, 30, 37, 40].map((atS) => at(atS)?.snapshot?.campaign);
     expect(told.map((one) => one?.state)).toEqual(["launching", "flying", "paused", "flying", "recovering", "done"]);
     expect(told.map((one) => one?.slot_elapsed_s)).toEqual([0, 2, 5, 10, 0, 0]);
     expect(at(5)?.snapshot?.vehicles[0]?.alt_home_m).toBe(60);
     expect([at(5)?.reported, at(5)?.plans]).toEqual([true, []]);
+  });
+  it("shows the launch of a campaign that failed before its first slot, with its reason, and no slot", () => {
+    const log = [state(0, "launching"), state(40, "failed")];
+    const failed: Recording = { ...recording, state: "failed", reason: "no drone is left", first_slot: null, last_slot: null, slot_at_s: [], events: log };
+    const then = (atS: number) => shownAt({ recording: failed, frames: [], points: [], samples, decisions: [] }, atS)?.snapshot;
+    expect([then(5)?.vehicles[0]?.alt_home_m, then(5)?.campaign?.state, then(5)?.campaign?.reason]).toEqual([60, "launching", ""]);
+    expect([then(40)?.campaign?.state, then(40)?.campaign?.reason, then(40)?.campaign?.slot, then(40)?.campaign?.metrics]).toEqual(["failed", "no drone is left", 0, null]);
+    expect(shownAt({ recording: failed, frames: [], points: [], samples: [], decisions: [] }, 40)?.snapshot?.campaign?.reason).toBe("no drone is left");
   });
   it("tells the wall clock's time before the first slot and after the last", () => {
     expect(wallMs(recording, 0)).toBe(Date.parse("2026-11-01T10:00:00Z"));

@@ -15,12 +15,12 @@ const slotAtS: [number, number][] = [[0, 0], [1, 15], [2, 30]];
 const frames = framesOf({ user_ids: ["ann", "bob"], slots: [slot(0, 0), slot(1, 270), slot(2, 540)], next_first: null }, slotAtS);
 const recording: Recording = {
   campaign: ground(), state: "aborted", reason: "by ann", begun_at: "2026-11-01T10:00:00Z", ended_at: "2026-11-01T10:00:30Z",
-  first_slot: 0, last_slot: 2, battery_j: 100_000, length_s: 30, slot_at_s: slotAtS, samples: 0,
+  begun_at_s: 0, ended_at_s: 30, first_slot: 0, last_slot: 2, battery_j: 100_000, length_s: 30, slot_at_s: slotAtS, samples: 0,
   events: [{ ...event({ sequence: 4, severity: "info" }), at_slot: 0, at_s: 0 }, { ...event({ sequence: 5 }), at_slot: 1.5, at_s: 22.5 }],
 };
 const NONE: readonly Sample[] = [];
 const at = (slots: number) => {
-  const shown = shownAt({ recording, frames, points: pointsOf(frames), samples: NONE }, 15 * slots);
+  const shown = shownAt({ recording, frames, points: pointsOf(frames), samples: NONE, decisions: null }, 15 * slots);
   if (shown === null) throw new Error("nothing is shown");
   return shown;
 };
@@ -51,9 +51,9 @@ describe("a recording at a moment", () => {
     expect(at(2).plans).toEqual([]);
   });
   it("is nothing while no slot has come, and stays with the last place of a drone that was lost", () => {
-    expect(shownAt({ recording, frames: [], points: [], samples: NONE }, 0)).toBeNull();
+    expect(shownAt({ recording, frames: [], points: [], samples: NONE, decisions: null }, 0)).toBeNull();
     const lost = framesOf({ user_ids: [], slots: [slot(0, 0), slot(1, 270, { uavs: [] })], next_first: null }, slotAtS);
-    expect(shownAt({ recording, frames: lost, points: [], samples: NONE }, 10.5)?.snapshot?.vehicles[0]?.east_m).toBe(0);
+    expect(shownAt({ recording, frames: lost, points: [], samples: NONE, decisions: null }, 10.5)?.snapshot?.vehicles[0]?.east_m).toBe(0);
   });
   it("says that the vehicles' own reports are not part of it", () => {
     expect([at(1).reported, at(1).snapshot?.vehicles[0]?.mode]).toEqual([false, "unknown"]);

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 
 import { bignessOf } from "../src/map/bigness";
-import { droneLook, groundScene, placed, userScene } from "../src/map/scene";
+import { droneLook, groundScene, namesAt, placed, userScene } from "../src/map/scene";
 import { ground, user, vehicle } from "./samples";
 
 describe("the map's content", () => {
@@ -34,4 +34,9 @@ describe("the map's content", () => {
 
 describe("marks on the map", () => {
   it("grow with the screen, in steps", () => expect([360, 1920, 2560, 3840].map(bignessOf)).toEqual([1, 1, 1.3, 1.8]));
+  it("names drones at one place together, so that no name covers another", () => {
+    const at = (id: number, x: number) => ({ id, at: [x, 0] as [number, number] });
+    expect([...namesAt([at(1, 0), at(2, 5), at(3, 50)], 9)]).toEqual([[1, "1, 2"], [3, "3"]]);
+    expect([...namesAt([1, 2, 3, 4, 5].map((id) => at(id, 0)), 9)]).toEqual([[1, "1, 2, 3 … 5 UAVs"]]);
+  });
 });

@@ -3,6 +3,7 @@
 import type { Explanation } from "./explanation";
 import type { DryRun } from "./forecast";
 import type { TelemetryPage } from "./recordedFleet";
+import type { ExplanationsPage } from "./recordedReasons";
 import type { Recording, SlotsPage } from "./recording";
 import type { SeriesPoint } from "./series";
 import type { CampaignStatic } from "./types";
@@ -101,6 +102,8 @@ export class Api {
     this.ask("GET", `campaigns/${encodeURIComponent(id)}/recording/slots?first=${first}`);
   recordedTelemetry = (id: string, first: number): Promise<Answer<TelemetryPage>> =>
     this.ask("GET", `campaigns/${encodeURIComponent(id)}/recording/telemetry?first=${first}`);
+  recordedExplanations = (id: string, first: number): Promise<Answer<ExplanationsPage>> =>
+    this.ask("GET", `campaigns/${encodeURIComponent(id)}/recording/explanations?first=${first}`);
   acknowledge = (sequence: number, time_s: number): Promise<Answer<{ by: string }>> =>
     this.ask("POST", "acknowledgements", { sequence, time_s });
   act = (id: string, act: CampaignAct, override = false): Promise<Answer<unknown>> =>

@@ -56,10 +56,15 @@ async function fillCurves(campaignId: string): Promise<void> {
   if (foretold.ok) state.receiveForecast(campaignId, foretold.value.forecast);
 }
 
-/** Which decision is to be explained: asked for once a slot, and only while somebody looks at a drone. */
+/**
+ * Which decision is to be explained: asked for once a decision, and only while somebody looks at a drone. A decision
+ * comes some time after its slot has begun, and the plans tell that it is there.
+ */
 const whyAsked = computed(() => {
   const campaign = state.flight.snapshot.value?.campaign ?? null;
-  return campaign === null || state.selected.value === null ? null : `${campaign.campaign_id} ${campaign.slot}`;
+  if (campaign === null || state.selected.value === null) return null;
+  const decided = state.flight.plans.value.map((plan) => `${plan.heading_deg} ${plan.speed_mps}`).join();
+  return `${campaign.campaign_id} ${campaign.slot} ${decided}`;
 });
 
 async function askWhy(asked: string | null): Promise<void> {

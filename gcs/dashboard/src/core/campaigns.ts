@@ -12,3 +12,6 @@ const ALLOWED: Record<CampaignAct, readonly string[]> = {
 export const allowed = (act: CampaignAct, state: string | null): boolean => state !== null && ALLOWED[act].includes(state);
 
 export const isOver = (state: string): boolean => ["done", "aborted", "failed"].includes(state);
+
+/** Its drones fly slots, or hold within one. */
+export const slotsAreFlown = (state: string): boolean => ["flying", "paused"].includes(state);

@@ -17,6 +17,10 @@ export function clock(seconds: number | null): string {
   return h > 0 ? `${h}:${String(m).padStart(2, "0")}:${ss}` : `${m}:${ss}`;
 }
 
+/** "0.2 s ago", "17 s ago", "5 min ago": never wider than its column. */
+export const ago = (seconds: number | null): string =>
+  seconds === null || !Number.isFinite(seconds) ? NONE : seconds < 10 ? `${seconds.toFixed(1)} s ago` : seconds < 100 ? `${seconds.toFixed(0)} s ago` : `${(seconds / 60).toFixed(0)} min ago`;
+
 /** "UAV 1", "UAVs 1 and 2", "UAVs 1, 2 and 3", "12 UAVs". */
 export function uavNames(ids: readonly number[]): string {
   if (ids.length === 0) return "no UAV";

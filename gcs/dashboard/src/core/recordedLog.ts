@@ -44,6 +44,9 @@ function stateTold(log: readonly RecordedEvent[]): string | null {
   return event === undefined ? null : stateOf(event);
 }
 
+/** When a decision last came too late, failed or could not be flown; -Infinity where none did. */
+export const givenUpS = (log: readonly RecordedEvent[]): number => log.findLast(({ kind }) => kind.startsWith("plan."))?.at_s ?? -Infinity;
+
 /** Seconds of [fromS, toS] in which the slot clock stood still. */
 export function pausedS(log: readonly RecordedEvent[], fromS: number, toS: number): number {
   let [sum, sinceS] = [0, null as number | null];

@@ -5,8 +5,9 @@
  * between two of them, and mode, link and charge as reported stay unknown.
  */
 
+import { reasonsAt, type RecordedDecision } from "./recordedReasons";
 import { fleetAt, trailsOf, type Sample } from "./recordedFleet";
-import { logAt, pausedS, type RecordedEvent } from "./recordedLog";
+import { givenUpS, logAt, pausedS, type RecordedEvent } from "./recordedLog";
 import { between, lastAt, type Timed } from "./timeline";
 import { meanAoi, type Point } from "./series";
 import type { Replayed } from "./state";
@@ -45,8 +46,10 @@ export interface Recording {
   reason: string;
   begun_at: string | null;
   ended_at: string | null;
-  first_slot: number;
-  last_slot: number;
+  begun_at_s: number; // where these two are on the slider
+  ended_at_s: number;
+  first_slot: number | null; // null: it ended before its first slot
+  last_slot: number | null;
   battery_j: number;
   length_s: number;
   slot_at_s: Pair[]; // [slot, seconds]
@@ -100,22 +103,26 @@ export interface Records {
   frames: readonly Frame[];
   points: readonly Point[];
   samples: readonly Sample[];
+  decisions: readonly RecordedDecision[] | null; // null: not read
 }
 
+/** Of a campaign that ended before its first slot: there is its launch, its log and its reason. */
+const NO_SLOT: Frame = { atS: Infinity, slot: 0, decisionMs: null, metrics: null, uavs: [], users: [] };
+
 /** Everything that the page shows `atS` into the recording; null while the frames of that moment are not there. */
-export function shownAt({ recording, frames, points, samples }: Records, atS: number): Replayed | null {
+export function shownAt({ recording, frames, points, samples, decisions }: Records, atS: number): Replayed | null {
   const index = Math.max(0, lastAt(frames, atS));
-  const [here, next] = [frames[index], frames[index + 1]];
+  const [here, next] = recording.first_slot === null ? [NO_SLOT, undefined] : [frames[index], frames[index + 1]];
   if (here === undefined) return null;
   const { campaign } = recording;
-  const then = logAt(recording.events, atS);
-  const state = atS >= recording.length_s ? recording.state : (then.state ?? (next === undefined ? recording.state : "flying"));
+  const log = logAt(recording.events, atS);
+  const state = atS >= recording.length_s ? recording.state : (log.state ?? (next === undefined ? recording.state : "flying"));
   const told = fleetAt(samples, atS);
-  const vehicles = told === null ? here.uavs.map((uav) => vehicleAt(recording, uav, partner(next, uav), shareOf(here, next, atS))) : told.map((vehicle) => ({ ...vehicle, last_verdict: then.verdicts.get(vehicle.system_id) ?? null }));
+  const vehicles = told === null ? here.uavs.map((uav) => vehicleAt(recording, uav, partner(next, uav), shareOf(here, next, atS))) : told.map((vehicle) => ({ ...vehicle, last_verdict: log.verdicts.get(vehicle.system_id) ?? null }));
   const flying = atS >= here.atS && here.slot < campaign.slots;
-  const elapsed = flying ? Math.min(campaign.slot_s, atS - here.atS - pausedS(then.log, here.atS, atS)) : 0;
+  const elapsed = flying ? Math.min(campaign.slot_s, atS - here.atS - pausedS(log.log, here.atS, atS)) : 0;
   const snapshot: SnapshotMessage = {
-    type: "snapshot", time_s: atS, tick: 0, stopped: then.stopped.all, stopped_ids: then.stopped.ones, healthy: true, setpoint_period_s: null, vehicles,
+    type: "snapshot", time_s: atS, tick: 0, stopped: log.stopped.all, stopped_ids: log.stopped.ones, healthy: true, setpoint_period_s: null, vehicles,
     campaign: {
       campaign_id: campaign.campaign_id, name: campaign.name, policy: campaign.policy, slots: campaign.slots, slot_s: campaign.slot_s,
       state, reason: state === recording.state ? recording.reason : "",
@@ -123,11 +130,14 @@ export function shownAt({ recording, frames, points, samples }: Records, atS: nu
       decision_ms: here.decisionMs, explanation: {},
     },
   };
+  const then = { campaignId: campaign.campaign_id, policy: campaign.policy, slot: here.slot, systemIds: here.uavs.map((uav) => uav.system_id), users: here.users, decided: next?.decisionMs != null, givenUpS: givenUpS(log.log) };
+  const why = flying && next !== undefined ? reasonsAt(decisions, then, atS) : { reasons: null, note: null };
   return {
+    reasons: why.reasons, reasonsNote: why.note,
     area: campaign, snapshot, users: here.users, plans: snapshot.campaign?.plans ?? [],
     trails: told === null ? trailsTo(frames, index, vehicles) : trailsOf(samples, atS - TRAIL_SLOTS * campaign.slot_s, atS, vehicles),
     points: points.slice(0, points.findLastIndex((point) => point.slot <= here.slot && atS >= here.atS) + 1),
-    events: then.newestFirst, reported: told !== null, acknowledged: then.acknowledged,
+    events: log.newestFirst, reported: told !== null, acknowledged: log.acknowledged,
   };
 }
 
@@ -180,10 +190,10 @@ export const speedOf = (step: number): number => {
 /** Where the clock stands after `seconds` more of playing; never beyond what is there. */
 export const advanced = (atS: number, seconds: number, speed: number, endS: number): number => Math.min(endS, atS + seconds * speed);
 
-/** The wall clock's time `atS` into the recording, in ms, by its first and last slot; null where none was recorded. */
+/** The wall clock's time `atS` into the recording, in ms, by two moments of which it is known; null where none is. */
 export function wallMs(recording: Recording, atS: number): number | null {
-  const [first, last] = [recording.slot_at_s[0]?.[1], recording.slot_at_s.at(-1)?.[1]];
-  if (recording.begun_at === null || recording.ended_at === null || first === undefined || last === undefined) return null;
+  const [first, last] = [recording.begun_at_s, recording.ended_at_s];
+  if (recording.begun_at === null || recording.ended_at === null) return null;
   const [begun, ended] = [Date.parse(recording.begun_at), Date.parse(recording.ended_at)];
   const msASecond = last > first ? (ended - begun) / (last - first) : 1000;
   return begun + (atS - first) * msASecond;

@@ -5,6 +5,7 @@ import { computed, effect, signal, untracked } from "@preact/signals";
 import { api } from "./app";
 import { advanced, framesOf, pointsOf, shownAt, slotAt, speedOf, type Frame, type Recording } from "./recording";
 import { samplesOf, type Sample } from "./recordedFleet";
+import { decisionsOf, type RecordedDecision } from "./recordedReasons";
 import * as state from "./state";
 
 const NEAR_S = 1e-3;
@@ -14,6 +15,8 @@ export const recording = signal<Recording | null>(null);
 export const frames = signal<readonly Frame[]>([]);
 /** What the vehicles said, from when all of it is there. */
 export const samples = signal<readonly Sample[]>([]);
+/** What was decided and why; null until all of it is there. */
+export const decisions = signal<readonly RecordedDecision[] | null>(null);
 export const loading = signal(false);
 /** Why there is no recording to see, or why it was left. */
 export const notice = signal<string | null>(null);
@@ -32,7 +35,7 @@ export function begin(): void {
   addEventListener("hashchange", follow);
   effect(() => {
     const { value } = recording;
-    state.replayed.value = value === null ? null : shownAt({ recording: value, frames: frames.value, points: points.value, samples: samples.value }, position.value);
+    state.replayed.value = value === null ? null : shownAt({ recording: value, frames: frames.value, points: points.value, samples: samples.value, decisions: decisions.value }, position.value);
   });
   effect(() => {
     if (!state.inTheAir.value || recording.value === null) return;
@@ -74,11 +77,13 @@ async function open(id: string): Promise<void> {
   loading.value = false;
   notice.value = failure;
   playing.value = failure === null;
+  const unread = await fetchDecisions(id);
+  if (wanted === id && unread !== null) notice.value ??= unread;
 }
 
 /** All slots, part by part; the first part is shown while the next ones come. */
 async function fetchFrames(id: string, { first_slot, slot_at_s }: Recording): Promise<string | null> {
-  for (let next: number | null = first_slot; next !== null; ) {
+  for (let next = first_slot; next !== null; ) {
     const answer = await api.recordedSlots(id, next);
     if (wanted !== id) return null;
     if (!answer.ok) return `Not all of the recording could be read: ${answer.reason}`;
@@ -102,6 +107,20 @@ async function fetchSamples(id: string): Promise<string | null> {
   return null;
 }
 
+/** All reasons; nobody waits for them to see the flight. */
+async function fetchDecisions(id: string): Promise<string | null> {
+  const all: RecordedDecision[] = [];
+  for (let next: number | null = 0; next !== null; ) {
+    const answer = await api.recordedExplanations(id, next);
+    if (wanted !== id) return null;
+    if (!answer.ok) return `The reasons could not be read: ${answer.reason}`;
+    all.push(...decisionsOf(answer.value));
+    next = answer.value.next_first;
+  }
+  decisions.value = all;
+  return null;
+}
+
 /** Back to the flight. */
 export function leave(why: string | null): void {
   wanted = null;
@@ -114,6 +133,7 @@ function clear(): void {
   recording.value = null;
   frames.value = [];
   samples.value = [];
+  decisions.value = null;
   playing.value = loading.value = false;
   notice.value = null;
 }

@@ -7,7 +7,7 @@
 import { batch, computed, signal } from "@preact/signals";
 
 import { allAlerts, groupKey } from "./alerts";
-import { isOver } from "./campaigns";
+import { isOver, slotsAreFlown } from "./campaigns";
 import { merged } from "./delta";
 import { linkState } from "./freshness";
 import type { Explanation } from "./explanation";
@@ -34,6 +34,9 @@ export interface Shown {
 
 /** A recording also says whether the vehicles' own reports are part of it, and what had been acknowledged by then. */
 export interface Replayed extends Shown {
+  /** Why the drones flew so, as it was told then; and why that, or some of it, is not there. */
+  reasons: Explanation | null;
+  reasonsNote: string | null;
   reported: boolean;
   acknowledged: ReadonlyMap<number, string>;
 }
@@ -99,8 +102,10 @@ export const inTheAir = computed(() => {
   return campaign !== null && !isOver(campaign.state);
 });
 export const foretold = computed(() => forecastPoints(replaying.value ? null : forecast.value));
-/** Why the drones do what they do; a recording does not say. */
-export const reasons = computed(() => (replaying.value ? null : explanation.value));
+/** Why the drones do what they do, or did then. */
+export const reasons = computed(() => (replayed.value === null ? explanation.value : replayed.value.reasons));
+/** Why a recording does not say that; null in flight. */
+export const reasonsNote = computed(() => replayed.value?.reasonsNote ?? null);
 export const mayFly = computed(() => hello.value !== null && hello.value.role !== "viewer");
 
 export function opened(): void {
@@ -183,7 +188,8 @@ function takeSnapshot(message: SnapshotMessage): void {
   if (campaign?.users != null) flownUsers = { campaignId: campaign.campaign_id, users: campaign.users };
   if (campaign === null || campaign.campaign_id !== flight.area.value?.campaign_id) return; // metres of another area
   flight.trails.value = withPlaces(flight.trails.value, message.vehicles);
-  if (JSON.stringify(campaign.plans) !== JSON.stringify(flight.plans.value)) flight.plans.value = campaign.plans;
+  const plans = slotsAreFlown(campaign.state) ? campaign.plans : []; // on the way home there is no slot to be planned
+  if (JSON.stringify(plans) !== JSON.stringify(flight.plans.value)) flight.plans.value = plans;
   if (campaign.users !== null) flight.users.value = campaign.users;
   flight.points.value = withSnapshot(flight.points.value, campaign, meanAoi(flight.users.value));
 }

@@ -3,7 +3,7 @@
 import "maplibre-gl/dist/maplibre-gl.css";
 
 import { effect, signal } from "@preact/signals";
-import { Map as MapView, NavigationControl, ScaleControl, setWorkerUrl, type GeoJSONSource } from "maplibre-gl";
+import { LngLatBounds, Map as MapView, NavigationControl, ScaleControl, setWorkerUrl, type GeoJSONSource } from "maplibre-gl";
 import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?worker&url";
 import { useEffect, useRef } from "preact/hooks";
 
@@ -12,7 +12,7 @@ import * as drafting from "../core/drafting";
 import { frameOf, toLngLat } from "../core/geo";
 import * as state from "../core/state";
 import { scheme } from "../core/theme";
-import type { CampaignStatic } from "../core/types";
+import type { CampaignStatic, Pair } from "../core/types";
 import { Legend } from "../ui/Legend";
 import { measured } from "./bigness";
 import { drawLaunch } from "./icons";
@@ -54,7 +54,7 @@ export function MapPanel() {
         data-drones={area === null ? 0 : (state.snapshot.value?.vehicles.length ?? 0)}
         data-users={state.users.value.length}
         data-obstacles={area?.obstacles.length ?? 0}
-        data-why-lines={whyLines(explained(state.reasons.value, state.selected.value), state.users.value).length}
+        data-why-lines={state.plans.value.length === 0 ? 0 : whyLines(explained(state.reasons.value, state.selected.value), state.users.value).length}
       />
       {failure.value !== null && <p class="map-note">The map cannot be drawn here ({failure.value}). Everything else works.</p>}
       {area === null && <p class="map-note">No campaign yet: choose a mission and create one.</p>}
@@ -109,7 +109,7 @@ function feed(map: MapView): () => void {
     show("users", () => (area.value === null ? EMPTY : userScene(area.value, users.value)));
     show("draft", () => drawingScene(drafting.drawing.value.corners));
     stops.push(effect(() => void (map.getCanvas().style.cursor = drafting.drawing.value.tool === null ? "" : "crosshair")));
-    stops.push(fitOnEntry(map), followSelected(map));
+    stops.push(fitOnEntry(map), showFleet(map), followSelected(map));
   };
   if (map.isStyleLoaded()) begin();
   else map.once("load", begin);
@@ -152,6 +152,18 @@ function fitOnEntry(map: MapView): () => void {
     if (campaign === null || place === shown) return;
     [shown, moved] = [place, false];
     fit(map, campaign);
+  });
+}
+
+/** Without a campaign there is still a fleet: where it stands, not the whole world. */
+function showFleet(map: MapView): () => void {
+  let done = false;
+  map.on("movestart", (event) => void (done ||= event.originalEvent !== undefined));
+  return effect(() => {
+    const places = (state.snapshot.value?.vehicles ?? []).flatMap(({ lat_deg, lon_deg }): Pair[] => (lat_deg === null || lon_deg === null ? [] : [[lon_deg, lat_deg]]));
+    if (done || state.area.value !== null || places[0] === undefined) return;
+    done = true;
+    map.fitBounds(places.reduce((bounds, place) => bounds.extend(place), new LngLatBounds(places[0], places[0])), { padding: 80, maxZoom: 15, duration: 0 });
   });
 }
 

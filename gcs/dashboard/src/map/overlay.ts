@@ -13,7 +13,7 @@ import type { CampaignStatic, Pair, PlanView, UserView, VehicleView } from "../c
 import { bigness } from "./bigness";
 import { Glide } from "./glide";
 import { Sheet } from "./sheet";
-import { droneLook, placed, type DroneLook } from "./scene";
+import { droneLook, namesAt, placed, type DroneLook } from "./scene";
 
 export interface Moving {
   campaign: CampaignStatic | null;
@@ -28,6 +28,7 @@ export interface Moving {
 
 const LOOK_COLORS: Record<DroneLook, string> = { normal: "drone", stale: "drone-stale", caution: "caution", warning: "warning" };
 const PICK_PX = 22;
+const SAME_PX = 9; // drones that near to each other share one name: on the same pad they would cover theirs
 const MANY = 20; // drones: dashes cost more than they tell
 const font = (): string => `700 ${14 * bigness()}px 'Inter Variable', system-ui, 'DejaVu Sans', sans-serif`;
 
@@ -113,7 +114,8 @@ export class Overlay {
     const reachPx = campaign === null ? 0 : pixelsAtZoom0(campaign.serving_radius_m, campaign.south_west_deg[0]) * 2 ** this.map.getZoom();
     for (const { vehicle, at } of drones)
       if (vehicle.landed !== "on_ground") drawReach(context, at, reachPx, vehicle.system_id === selected, drones.length > MANY);
-    for (const { vehicle, at } of drones) drawDrone(context, at, vehicle, droneLook(vehicle, live), vehicle.system_id === selected);
+    const names = namesAt(drones.map(({ vehicle, at }) => ({ id: vehicle.system_id, at })), SAME_PX * bigness());
+    for (const { vehicle, at } of drones) drawDrone(context, at, vehicle, droneLook(vehicle, live), vehicle.system_id === selected, names.get(vehicle.system_id) ?? null);
     this.pictures += 1;
     this.drones.canvas.dataset["drawn"] = `${this.pictures}`;
   }
@@ -122,11 +124,12 @@ export class Overlay {
   private drawWhy(context: CanvasRenderingContext2D, campaign: CampaignStatic): void {
     const { why, users, vehicles, plans } = this.moving;
     const drone = placed(vehicles).find((vehicle) => vehicle.system_id === why?.system_id);
-    if (why === null || drone === undefined) return;
+    if (why === null || drone === undefined || plans.length === 0) return;
     const here: Pair = [drone.east_m, drone.north_m];
-    for (const { toM, strength } of whyLines(why, users)) {
+    for (const { toM, strength, expectedM } of whyLines(why, users)) {
       context.globalAlpha = 0.35 + 0.65 * strength;
       this.line(context, [here, toM], "why", 1 + 4 * strength, []);
+      if (expectedM !== null) this.expected(context, toM, expectedM);
     }
     context.globalAlpha = 1;
     const from = plans.find((plan) => plan.system_id === why.system_id)?.path_m[0] ?? here; // where the slot began
@@ -136,6 +139,15 @@ export class Overlay {
       this.line(context, [from, end], "drone-stale", 1.6, [3, 3]);
       drawName(context, `+${other.worse_by.toFixed(2)}`, color("map-ground"), this.pixel(end));
     }
+  }
+
+  /** From where a user is to where the policy expects him when the slot ends. */
+  private expected(context: CanvasRenderingContext2D, from: Pair, to: Pair): void {
+    this.line(context, [from, to], "why", 1.4, [2, 3]);
+    context.beginPath();
+    context.arc(...this.pixel(to), 4.5 * bigness(), 0, 2 * Math.PI);
+    context.lineWidth = 1.6 * bigness();
+    context.stroke();
   }
 
   private line(context: CanvasRenderingContext2D, pointsM: readonly Pair[], token: string, width: number, dash: number[]): void {
@@ -164,7 +176,7 @@ function drawReach(context: CanvasRenderingContext2D, [x, y]: Pair, radius: numb
 }
 
 /** An arrow along the direction of travel; hollow when it is not known to be there any more. */
-function drawDrone(context: CanvasRenderingContext2D, [x, y]: Pair, vehicle: VehicleView, look: DroneLook, chosen: boolean): void {
+function drawDrone(context: CanvasRenderingContext2D, [x, y]: Pair, vehicle: VehicleView, look: DroneLook, chosen: boolean, name: string | null): void {
   const [paint, ground, size] = [color(LOOK_COLORS[look]), color("map-ground"), (chosen ? 1.25 : 1) * bigness()];
   context.save();
   context.translate(x, y);
@@ -181,7 +193,7 @@ function drawDrone(context: CanvasRenderingContext2D, [x, y]: Pair, vehicle: Veh
   context.fillStyle = look === "stale" ? ground : paint;
   context.fill();
   context.restore();
-  drawName(context, `${vehicle.system_id}`, ground);
+  if (name !== null) drawName(context, name, ground);
   context.restore();
 }
 

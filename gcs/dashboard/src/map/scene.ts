@@ -76,3 +76,14 @@ export function droneLook(vehicle: VehicleView, live: boolean): DroneLook {
   const severity = worst(vehicleAlerts(vehicle));
   return severity === null || severity === "info" ? "normal" : severity;
 }
+
+/** Names for drones on the screen: one that is as near as `samePx` to an earlier one is named with it. */
+export function namesAt(drones: readonly { id: number; at: Pair }[], samePx: number): Map<number, string> {
+  const heads: { id: number; at: Pair; all: number[] }[] = [];
+  for (const { id, at } of drones) {
+    const head = heads.find((one) => Math.hypot(one.at[0] - at[0], one.at[1] - at[1]) <= samePx);
+    if (head === undefined) heads.push({ id, at, all: [id] });
+    else head.all.push(id);
+  }
+  return new Map(heads.map(({ id, all }) => [id, all.length > 4 ? `${all.slice(0, 3).join(", ")} … ${all.length} UAVs` : all.join(", ")]));
+}

@@ -9,7 +9,7 @@ import { allowed, isOver } from "../core/campaigns";
 import { begin, dryRun } from "../core/dryRuns";
 import * as drafting from "../core/drafting";
 import { uavNames } from "../core/format";
-import { addressOf } from "../core/replaying";
+import { addressOf, recording } from "../core/replaying";
 import * as state from "../core/state";
 import { DraftEditor } from "./DraftEditor";
 import { DryRunResult } from "./DryRunResult";
@@ -40,6 +40,7 @@ async function refresh(): Promise<void> {
 
 async function show(id: string): Promise<void> {
   chosen.value = id;
+  if (recording.value !== null) return void (location.hash = addressOf(id)); // from one replay to another
   const answer = await api.campaign(id);
   if (answer.ok && chosen.value === id) state.preview(answer.value.static);
 }
@@ -80,7 +81,7 @@ async function act(id: string, what: CampaignAct, override = false): Promise<voi
 /** The campaign that the buttons act on: the one in the air, else the chosen or newest one. */
 function current(): CampaignInfo | null {
   const flown = state.flight.snapshot.value?.campaign ?? null;
-  const wanted = chosen.value ?? flown?.campaign_id ?? null;
+  const wanted = recording.value?.campaign.campaign_id ?? chosen.value ?? flown?.campaign_id ?? null;
   const known = campaigns.value.find((campaign) => campaign.id === wanted) ?? null;
   if (flown === null || flown.campaign_id !== wanted) return known;
   return { id: flown.campaign_id, name: flown.name, policy: flown.policy, state: flown.state, slot: flown.slot, slots: flown.slots, reason: flown.reason };
@@ -90,7 +91,7 @@ function listen(): () => void {
   let before = "";
   return effect(() => {
     const flown = state.flight.snapshot.value?.campaign;
-    const now = `${state.hello.value?.actor}|${flown?.campaign_id}|${flown?.state}`;
+    const now = `${state.hello.value?.actor}|${flown?.campaign_id}|${flown?.state}|${recording.value?.campaign.campaign_id}`;
     if (state.hello.value === null || now === before) return;
     before = now;
     if (flown != null && !isOver(flown.state)) chosen.value = flown.campaign_id;
@@ -117,8 +118,9 @@ export function Campaign() {
           </select>
         </p>
       )}
+      {campaign !== null && campaign.reason !== "" && <p class={`verdict${campaign.state === "failed" ? " bad" : ""}`}><b>{campaign.state}</b>: {campaign.reason}</p>}
       {campaign !== null && !state.replaying.value && <Controls campaign={campaign} />}
-      {campaign !== null && campaign.slot > 0 && <Afterwards campaign={campaign} />}
+      {campaign !== null && (campaign.slot > 0 || isOver(campaign.state)) && <Afterwards campaign={campaign} />}
       {message.value !== null && !state.replaying.value && (message.value.whileIn?.includes(campaign?.state ?? "") ?? true) && <p class={`verdict${message.value.good ? "" : " bad"}`} role="status">{message.value.text}</p>}
       <DryRunResult />
       {state.replaying.value ? null : state.mayFly.value ? <Create /> : <p class="note">Sign in with an operator's key to create and fly campaigns.</p>}
@@ -152,7 +154,7 @@ function Controls({ campaign }: { campaign: CampaignInfo }) {
           explain={`${reached} take off for ${campaign.name}; it is recorded in your name`} onDone={() => void act(campaign.id, "start", true)}
         />
       )}
-      {campaign.slot === 0 && state.mayFly.value && (
+      {campaign.slot === 0 && !isOver(campaign.state) && state.mayFly.value && (
         <button type="button" disabled={!mayDryRun()} onClick={() => void begin({ campaign: campaign.id }, campaign.id)}>
           Dry run of {campaign.name}
         </button>
@@ -165,9 +167,7 @@ function Controls({ campaign }: { campaign: CampaignInfo }) {
 function Afterwards({ campaign }: { campaign: CampaignInfo }) {
   return (
     <p class="links">
-      <a href={api.reportUrl(campaign.id)} target="_blank" rel="noreferrer">
-        Report of {campaign.name}
-      </a>
+      {campaign.slot > 0 && <a href={api.reportUrl(campaign.id)} target="_blank" rel="noreferrer">Report of {campaign.name}</a>}
       {!state.inTheAir.value && <a href={addressOf(campaign.id)}>Replay {campaign.name}</a>}
     </p>
   );

@@ -34,22 +34,23 @@ export function EmergencyStop() {
   }, []);
   const snapshot = state.flight.snapshot.value;
   const stopped = snapshot?.stopped === true;
+  const known = state.live.value; // what was latched may have been released by somebody else since
   const reached = uavNames(snapshot?.vehicles.map((vehicle) => vehicle.system_id) ?? []);
   return (
     <div class={`estop${stopped ? " latched" : ""}`} role="group" aria-label="Emergency stop">
       <button
         type="button"
         class="estop-button"
-        disabled={!state.mayFly.value || stopped}
+        disabled={!state.mayFly.value || (stopped && known)}
         title={`Shift+Esc: ${reached} hold where they are`}
         aria-keyshortcuts="Shift+Escape"
         onClick={() => void stopAll()}
       >
         <b>{stopped ? "STOPPED" : "EMERGENCY STOP"}</b>
-        <small>{stopped ? "latched: UAVs hold" : `${reached} · Shift+Esc`}</small>
+        <small>{stopped ? (known ? "latched: UAVs hold" : "unconfirmed: press again") : `${reached} · Shift+Esc`}</small>
       </button>
       {stopped && (
-        <HoldButton label="Release" explain={`Release the emergency stop of ${reached}`} disabled={!state.mayFly.value} onDone={() => void release()} />
+        <HoldButton label="Release" explain={`Release the emergency stop of ${reached}`} disabled={!state.mayFly.value || !known} onDone={() => void release()} />
       )}
       {failure.value !== null && <p class="estop-failure" role="alert">{failure.value}</p>}
     </div>

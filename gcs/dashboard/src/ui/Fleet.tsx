@@ -4,7 +4,7 @@ import { computed } from "@preact/signals";
 
 import { vehicleAlerts, worst } from "../core/alerts";
 import { batteryText } from "../core/battery";
-import { fixed, percent, uavNames } from "../core/format";
+import { ago, fixed, percent, uavNames } from "../core/format";
 import { positionStale, vehicleStale } from "../core/freshness";
 import { mark, marked, ORDERS, verdictText } from "../core/marking";
 import { answers, give, releaseOne, stopOne } from "../core/orders";
@@ -141,7 +141,7 @@ function Values({ vehicle, stale, recorded }: { vehicle: VehicleView; stale: boo
     ["height", fixed(vehicle.alt_home_m, 0, " m"), oldPlace],
     ["heading", fixed(vehicle.heading_deg, 0, "°"), oldPlace],
     ["link", percent(1 - vehicle.loss_ratio), stale],
-    ["heard", fixed(vehicle.heartbeat_age_s, 1, " s ago"), stale],
+    ["heard", ago(vehicle.heartbeat_age_s), stale],
   ];
   return (
     <dl class="values">

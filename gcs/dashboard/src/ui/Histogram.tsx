@@ -9,7 +9,7 @@ export function Histogram() {
   const most = Math.max(1, ...bins.map((bin) => bin.count));
   return (
     <figure>
-      <figcaption>Users by AoI, slots and more</figcaption>
+      <figcaption>Users by AoI, slots</figcaption>
       <div class="bars" role="img" aria-label={`Users by age of information: ${histogramText(bins)}`} data-testid="histogram" data-users={state.users.value.length}>
         {bins.map((bin) => (
           <div key={bin.label} class="bar">

@@ -23,7 +23,7 @@ export function Preflight({ id }: { id: string }) {
     <section class="preflight" aria-label="Pre-flight checklist" data-testid="preflight" data-red={list.red.length}>
       <p class={`preflight-verdict ${list.red.length > 0 ? "warning" : "good"}`} role="status">{verdictOf(list)}</p>
       {shown.length > 0 && (
-        <ul>
+        <ul tabIndex={0} aria-label="Findings, red ones first">
           {shown.map((line) => <Finding key={`${line.system_id} ${line.check}`} line={line} />)}
         </ul>
       )}

@@ -1,5 +1,6 @@
 /** Who, what, when: the campaign's state, the slot clock and how far it is. */
 
+import { slotsAreFlown } from "../core/campaigns";
 import { clock, fixed, NONE, percent } from "../core/format";
 import * as state from "../core/state";
 import { EmergencyStop } from "./EmergencyStop";
@@ -33,6 +34,7 @@ function Connection() {
 function SlotClock() {
   const campaign = state.snapshot.value?.campaign ?? null;
   if (campaign === null) return <div class="slot-clock note">No campaign in the air</div>;
+  const flown = slotsAreFlown(campaign.state);
   const left = campaign.slots * campaign.slot_s - campaign.slot * campaign.slot_s - campaign.slot_elapsed_s;
   return (
     <div class="slot-clock value-box" data-testid="slot-clock">
@@ -41,8 +43,9 @@ function SlotClock() {
         <span class="note"> {campaign.policy}</span>
       </p>
       <progress max={campaign.slots} value={campaign.slot + campaign.slot_elapsed_s / campaign.slot_s} aria-label="Progress of the campaign" />
-      <p class="note">
-        slot {campaign.slot} of {campaign.slots} · {fixed(campaign.slot_elapsed_s, 0)} of {fixed(campaign.slot_s, 0, " s")} · {clock(left)} left
+      <p class="note one-line" title={campaign.reason}>
+        slot {campaign.slot} of {campaign.slots}
+        {flown && ` · ${fixed(campaign.slot_elapsed_s, 0)} of ${fixed(campaign.slot_s, 0, " s")} · ${clock(left)} left`}
         {campaign.reason !== "" && <span class="reason"> · {campaign.reason}</span>}
       </p>
     </div>
