@@ -4,6 +4,7 @@ import csv
 
 import pytest
 
+from policy.agents.registry import POLICIES
 from policy.evaluation.tables import plots
 from policy.evaluation.tables.campuses import find_campus
 from policy.evaluation.tables.cells import fly_task, make_task
@@ -111,3 +112,10 @@ def test_methods_are_drawn_only_where_they_flew(found):
     figure = plots.curves("uavs", "tiny", found.grid, found.cells)
     labels = figure.axes[0].get_legend_handles_labels()[1]
     assert labels == [row.name for row in found.grid.methods if isinstance(row.method, Method) and "random" in row.name]
+
+
+def test_every_method_has_a_line_of_its_own(found):
+    names = (*POLICIES, "random, may leave the map")
+    assert len(names) <= min(len(plots.COLOURS), len(set(plots.MARKS)))
+    legend = plots.curves("uavs", "tiny", found.grid, found.cells).legends[0]
+    assert [text.get_text() for text in legend.get_texts()]

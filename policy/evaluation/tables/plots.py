@@ -29,9 +29,9 @@ LABELS = {
     "user_coverage": "user coverage ρ",
     "energy_ratio": "energy ratio ζ",
 }
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
-"""Told apart by colour-blind people too: Okabe and Ito, Color Universal Design, 2008."""
-MARKS = "os^Dv<>"
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8c8c8c")
+"""Told apart by colour-blind people too: Okabe and Ito, Color Universal Design, 2008, and a grey for their yellow."""
+MARKS = "os^Dv<>P"
 
 
 def can_plot() -> bool:
@@ -48,13 +48,13 @@ def curves(section: str, campus: str, grid: Grid, cells: Cells) -> "Figure":
         for number, row in enumerate(grid.methods):
             if isinstance(method := row.on(campus), Method):
                 series = [spread(cells.get(Point(campus, method, *at), ()), metric) for at in points]
-                style = {"color": COLOURS[number % 7], "marker": MARKS[number % 7]}
+                style = {"color": COLOURS[number % len(COLOURS)], "marker": MARKS[number % len(MARKS)]}
                 _line(panel, along, series, label=row.name, **style)
         panel.set_xlabel("UAVs" if section == "uavs" else "MCL (dB)")
         panel.set_ylabel(LABELS[metric])
         panel.set_xticks(along)
         panel.grid(alpha=0.3)
-    panels[0].legend()
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     figure.suptitle(campus)
     return figure
 
@@ -75,9 +75,8 @@ def trajectories(campus: Campus, grid: Grid, cells: Cells) -> "Figure | None":
         for obstacle in scenario.blocking_obstacles:
             panel.fill(*np.asarray(obstacle.polygon_m).T, color="#bbbbbb")
         for uav in range(way_m.shape[1]):
-            panel.plot(
-                way_m[:, uav, 0], way_m[:, uav, 1], color=COLOURS[uav % 7], linewidth=1.0, label=f"UAV {uav + 1}"
-            )
+            colour = COLOURS[uav % len(COLOURS)]
+            panel.plot(way_m[:, uav, 0], way_m[:, uav, 1], color=colour, linewidth=1.0, label=f"UAV {uav + 1}")
         panel.set(xlim=(0.0, east_m), ylim=(0.0, north_m), aspect="equal", title=f"{campus.name}: {name}")
         panel.set(xlabel="east (m)", ylabel="north (m)")
         panel.legend()
