@@ -3,6 +3,7 @@
 import math
 
 from gcs.mission.drone import Control, Drone
+from gcs.mission.resume import STREAM_LOST_MODES
 from gcs.mission.script import Script
 from gcs.mission.steps import (
     DISARM_STEPS,
@@ -21,7 +22,8 @@ LAME_MPS = 5.0  # top speed of a drone with a failed motor
 
 def take_back(drone: Drone, state: CampaignState, *, stopped: bool) -> None:
     """A cut link or a stall of this machine ended its stream: it is taken over again and goes on with what it did."""
-    drone.gap_s = -math.inf  # each gap accounts for one change of mode
+    if drone.status is not None and drone.status.mode_name in STREAM_LOST_MODES:
+        drone.gap_s = -math.inf  # each gap accounts for one change of mode, which may show only after it is heard again
     drone.forget_orders()
     drone.park()
     if stopped:  # when a person takes the stop off

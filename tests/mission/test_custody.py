@@ -6,6 +6,7 @@ import pytest
 
 from gcs.mission.custody import GAP_MEMORY_S, SILENT_GIVE_UP_S, judge_custody, link_gap
 from gcs.mission.drone import Control, Drone
+from gcs.mission.fates import take_back
 from gcs.mission.watch import Fate
 from gcs.ports import CampaignState, CommandKind, FlightMode, UavTrack, VehicleLimits, VehicleStatus
 
@@ -124,3 +125,16 @@ def test_gap(position_s: float, answered_s: float | None, timeout_s: float | Non
         1, heartbeat_s=97.0, position_s=position_s, answered_s=answered_s, limits=VehicleLimits(18.0, 4.5, timeout_s)
     )
     assert link_gap(status, NOW_S) is expected
+
+
+def test_a_gap_accounts_for_one_change_of_mode_also_when_it_shows_after_the_drone_is_heard_again() -> None:
+    """The first heartbeat after a cut may still tell the mode from before it."""
+    found = drone(M.GUIDED, "OFFBOARD", silent_s=NOW_S - 1.0, gap_s=NOW_S - 0.5)
+    assert fate(found) is Fate.REGAIN
+    take_back(found, S.FLYING, stopped=False)
+    found.silent_s, found.halted = None, False
+    assert found.status is not None
+    found.status = replace(found.status, mode=M.PILOT, mode_name="POSCTL")
+    assert fate(found) is Fate.REGAIN
+    take_back(found, S.FLYING, stopped=False)
+    assert fate(found) is Fate.RELEASE
