@@ -15,6 +15,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from policy.agents.rivals.agent import LearnedAgent
+from policy.agents.rivals.apart import best_apart
 from policy.agents.rivals.learner import (
     NUM_ACTIONS,
     Learner,
@@ -84,7 +85,7 @@ class Drqn(Learner):
         """Greedy, or with a share of random actions."""
         seen = features(self._scenario, state)
         q, memory = self.network(seen.flatten(0, 1), self._memory.flatten(0, 1))
-        actions = best_legal(q.reshape(legal.shape), legal)
+        actions = best_apart(q.reshape(legal.shape), legal, state.uav_pos_enu_m)
         if explore is not None:
             actions = explore_legal(actions, legal, explore)
             self._seen = {"seen": seen, "memory": self._memory, "legal": legal, "actions": actions}

@@ -16,6 +16,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from policy.agents.rivals.agent import LearnedAgent
+from policy.agents.rivals.apart import best_apart
 from policy.agents.rivals.learner import (
     NUM_ACTIONS,
     Learner,
@@ -113,7 +114,7 @@ class DrlFreshMcs(Learner):
         }
         count = legal.shape[0] * legal.shape[1]
         value = self._quantiles(self.network, seen, self._levels.expand(count, -1)).mean(-2)
-        actions = best_legal(value, legal)
+        actions = best_apart(value, legal, state.uav_pos_enu_m)
         if explore is not None:
             actions = explore_legal(actions, legal, explore)
             self._seen = {**seen, "legal": legal, "actions": actions}
