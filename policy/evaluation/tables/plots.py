@@ -29,6 +29,8 @@ LABELS = {
     "user_coverage": "user coverage ρ",
     "energy_ratio": "energy ratio ζ",
 }
+RATIOS = frozenset({"episodic_aoi"})
+"""Metrics of which methods differ by a factor: on an even axis ``random`` would press all others together."""
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#8c8c8c")
 """Told apart by colour-blind people too: Okabe and Ito, Color Universal Design, 2008, and a grey for their yellow."""
 MARKS = "os^Dv<>P"
@@ -53,6 +55,8 @@ def curves(section: str, campus: str, grid: Grid, cells: Cells) -> "Figure":
         panel.set_xlabel("UAVs" if section == "uavs" else "MCL (dB)")
         panel.set_ylabel(LABELS[metric])
         panel.set_xticks(along)
+        if metric in RATIOS:
+            _by_ratio(panel)
         panel.grid(alpha=0.3)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     figure.suptitle(campus)
@@ -114,6 +118,16 @@ def _line(panel: "Axes", along: Sequence[float], series: Sequence[Any], **style:
         x, values = zip(*there, strict=True)
         means, deviations = [value.mean for value in values], [value.std for value in values]
         panel.errorbar(x, means, yerr=deviations, capsize=2.0, markersize=4.0, linewidth=1.2, **style)
+
+
+def _by_ratio(panel: "Axes") -> None:
+    """A logarithmic axis with plain numbers on it."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator  # noqa: PLC0415 - an extra
+
+    panel.set_yscale("log")
+    panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    panel.yaxis.set_minor_locator(NullLocator())
+    panel.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def _way(campus: str, method: object, cells: Cells) -> Any:
