@@ -323,8 +323,8 @@ def _cruise_j(table: MoveTable, way_m: float) -> float:
 def _outlooks(
     crowd: Float32Array, waiting: Float32Array, to_m: FloatArray, is_tried: BoolArray, sums: FloatArray
 ) -> None:
-    """Weighted sums over users after a slot that ends at each of the places [P, 2] that are tried, into ``sums`` [P, 3]:
-    AoI (Eq. 4), AoI x metres to reach, number missed. All moves of a node in one call, which is not free either.
+    """Weighted sums over users after a slot that ends at each of the places [P, 2] that are tried, into ``sums``
+    [P, 3]: AoI (Eq. 4), AoI x metres to reach, number missed. All moves of a node in one call: each call has its price.
     """
     for place in range(is_tried.size):
         if not is_tried[place]:
