@@ -18,6 +18,8 @@ NO_MOVE = -1
 ONE = np.float32(1.0)
 ZERO = np.float32(0.0)
 HALF = np.float32(0.5)
+BINS = 256
+LEAST_RANGE = 1e-9  # of ranks, for bins to tell them apart
 SHORTLIST = 3  # candidates looked at for each one kept; the rest are duplicates
 HASH_STEP = np.int64(6364136223846793005)  # Knuth's multiplier (MMIX)
 HASH_SPREAD = np.int64(1442695040888963407)
@@ -388,10 +390,34 @@ def _known(codes: IntArray, count: int, code: np.int64) -> bool:
 
 @compiled
 def _best(rank: FloatArray, count: int) -> IntArray:
-    """Indices of the ``count`` least finite ranks, in order; equal ones by index."""
-    limit = np.partition(rank, count)[count] if rank.size > count else np.inf
-    candidates = np.flatnonzero((rank <= limit) & np.isfinite(rank))
-    return candidates[np.argsort(rank[candidates], kind="mergesort")]
+    """Indices of the ``count`` least finite ranks, in order; equal ones by index.
+
+    Ranks go into bins of equal width, and only the first bins are sorted: most children are never compared.
+    """
+    least, most = np.inf, -np.inf
+    for child in range(rank.size):
+        if np.isfinite(rank[child]):
+            least, most = min(least, rank[child]), max(most, rank[child])
+    scale = (BINS - 1) / (most - least) if most - least > LEAST_RANGE else 0.0
+    bins, first = np.full(rank.size, BINS, np.int64), np.zeros(BINS + 1, np.int64)
+    for child in range(rank.size):
+        if np.isfinite(rank[child]):
+            bins[child] = max(0, min(int((rank[child] - least) * scale), BINS - 1))
+            first[bins[child] + 1] += 1
+    used = 0
+    while used < BINS and first[used] < count:
+        used += 1
+        first[used] += first[used - 1]
+    order, free = np.empty(first[used], np.int64), first.copy()
+    for child in range(rank.size):
+        if bins[child] < used:
+            at = free[bins[child]]
+            free[bins[child]] += 1
+            while at > first[bins[child]] and rank[order[at - 1]] > rank[child]:
+                order[at] = order[at - 1]
+                at -= 1
+            order[at] = child
+    return order[:count]
 
 
 @compiled
