@@ -46,7 +46,8 @@ def test_it_forgets_after_a_while_and_when_the_vehicle_begins_anew() -> None:
     assert made.silences == ()
     made = meter((1.0, 1.0), (3.0, 3.0))
     made.on_answer(0.5, 3.1)
-    assert made.silences == () and made.reached_s == 3.1
+    assert made.silences == ()
+    assert made.reached_s == 3.1
 
 
 @given(st.lists(st.integers(0, 23), min_size=2, unique=True))
