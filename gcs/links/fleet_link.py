@@ -130,8 +130,7 @@ class WiredFleetLink:
         for system_id, session in self._sessions.items():
             session.flush(now_s, partial(self._send_to, system_id, now_s))
             for route in self._routes[system_id].all():
-                stamp_ns = route.latency.request_ns(now_s)
-                if stamp_ns is not None:
+                for stamp_ns in route.latency.requests_ns(now_s):
                     self._timesync(0, stamp_ns, route.path, now_s)
 
     def drain_notices(self) -> tuple[str, ...]:
