@@ -20,7 +20,7 @@ from policy.world.state import initial_state
 from policy.world.transition import step
 
 SEEDS = 5
-WARM_SLOTS, SLOTS, BUDGET_S = 3, 20, 1.0
+WARM_SLOTS, SLOTS, BUDGET_S = 3, 10, 0.5
 """A method is timed over so many slots after those that warm it up, or fewer when it has taken so long."""
 OTHER = "`gcrl` in Tables I and III and on other next states"
 

@@ -50,8 +50,7 @@ def curves(section: str, campus: str, grid: Grid, cells: Cells) -> "Figure":
         for number, row in enumerate(grid.methods):
             if isinstance(method := row.on(campus), Method):
                 series = [spread(cells.get(Point(campus, method, *at), ()), metric) for at in points]
-                style = {"color": COLOURS[number % len(COLOURS)], "marker": MARKS[number % len(MARKS)]}
-                _line(panel, along, series, label=row.name, **style)
+                _line(panel, along, series, label=row.name, **_style(number))
         panel.set_xlabel("UAVs" if section == "uavs" else "MCL (dB)")
         panel.set_ylabel(LABELS[metric])
         panel.set_xticks(along)
@@ -112,12 +111,20 @@ def blank(size_inches: tuple[float, float], rows: int, columns: int) -> "tuple[F
     return figure, list(panels.ravel())
 
 
+def _style(number: int) -> dict[str, Any]:
+    """Of a method's line. Every other one is dashed with hollow marks, so that one right below it still shows."""
+    style: dict[str, Any] = {"color": COLOURS[number % len(COLOURS)], "marker": MARKS[number % len(MARKS)]}
+    if number % 2:
+        style |= {"linestyle": "--", "markerfacecolor": "none", "markersize": 6.5}
+    return style
+
+
 def _line(panel: "Axes", along: Sequence[float], series: Sequence[Any], **style: Any) -> None:
     there = [(x, value) for x, value in zip(along, series, strict=True) if value is not None]
     if there:
         x, values = zip(*there, strict=True)
         means, deviations = [value.mean for value in values], [value.std for value in values]
-        panel.errorbar(x, means, yerr=deviations, capsize=2.0, markersize=4.0, linewidth=1.2, **style)
+        panel.errorbar(x, means, yerr=deviations, **{"capsize": 2.0, "markersize": 4.0, "linewidth": 1.2} | style)
 
 
 def _by_ratio(panel: "Axes") -> None:
