@@ -1,4 +1,4 @@
-"""Seconds of a campaign by method and number of UAVs, and from these the cost of the whole grid of `policy tables`."""
+"""Seconds of a campaign by method and number of UAVs, and from these the cost of the grid of Figures 4 to 9."""
 
 import itertools
 import sys
@@ -12,7 +12,7 @@ from sweep_estimate import estimate, length, table
 from policy.agents.registry import RIVALS
 from policy.evaluation.tables.campuses import Campus
 from policy.evaluation.tables.cells import Point
-from policy.evaluation.tables.grid import BASE_MCL_DB, SECTIONS, Extent, Grid, make_grid
+from policy.evaluation.tables.grid import BASE_MCL_DB, Extent, Grid, make_grid
 from policy.evaluation.tables.methods import Absent, Method, find_models, find_rivals
 from policy.mobility.feed import TraceFeed
 from policy.model.checkpoint import find_checkpoint, read_card
@@ -22,7 +22,7 @@ from policy.world.transition import step
 SEEDS = 5
 WARM_SLOTS, SLOTS, BUDGET_S = 3, 10, 0.5
 """A method is timed over so many slots after those that warm it up, or fewer when it has taken so long."""
-OTHER = "`gcrl` in Tables I and III and on other next states"
+FIGURES = ("methods", "uavs", "mcl")
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Cell:
 def grid_cost(campuses: Mapping[str, Campus], checkpoints: Path | None) -> str:
     """Markdown: by method, the whole, and the whole on so many cores. The processor's seconds, not the clock's."""
     extent = Extent(SEEDS)
-    grid = make_grid(SECTIONS, tuple(campuses), extent, find_models(checkpoints), (), find_rivals(checkpoints))
+    grid = make_grid(FIGURES, tuple(campuses), extent, find_models(checkpoints), (), find_rivals(checkpoints))
     cells = list(_cells(grid, campuses))
     trainings, unknown = _trainings_s(checkpoints, len(campuses) * SEEDS)
     jobs_s = [cell.seconds for cell in cells for _ in range(SEEDS)]
@@ -60,14 +60,14 @@ def grid_cost(campuses: Mapping[str, Campus], checkpoints: Path | None) -> str:
 
 def _cells(grid: Grid, campuses: Mapping[str, Campus]) -> Iterator[Cell]:
     """Each method is timed once a campus and number of UAVs; the radio is taken to make no difference to its work."""
-    names = {method: row.name for row in grid.methods for method in row.all_methods}
+    names = {row.on(campus): row.name for row in grid.methods for campus in campuses}
     known: dict[tuple[str, Method, int], float] = {}
     for point in grid.points():
         asked = (point.campus, point.method, point.uavs)
         if asked not in known:
             known[asked] = campaign_s(campuses[point.campus], point.method, point.uavs)
             print(f"{point.method.policy}, {point.campus}, U = {point.uavs}: {known[asked]:.2f} s", file=sys.stderr)
-        yield Cell(point, names.get(point.method, OTHER), known[asked])
+        yield Cell(point, names[point.method], known[asked])
 
 
 def campaign_s(campus: Campus, method: Method, uavs: int) -> float:
