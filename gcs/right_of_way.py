@@ -1,0 +1,38 @@
+"""The flight thread goes first in an interpreter that it shares with the web side.
+
+Python hands the interpreter on after ``sys.getswitchinterval()``, to whoever wakes first. A tick of a hundred drones is
+some 25 ms of work: with six threads that serve pages it was taken from the flight 25 times a tick, and came back after
+several of them had had their turn. So the interval is long while the flight works, and short while it waits: it is
+handed the interpreter soon after it wakes, and keeps it until it waits again or the long interval has passed.
+"""
+
+import sys
+
+from gcs.ports import FlightClock
+
+WAITING_S = 0.0005  # how long a busy thread keeps the flight from the interpreter when it wakes
+WORKING_S = 0.05  # how long a working flight keeps all others from it: longer than a tick's work, shorter than a tick
+
+
+class RightOfWay:
+    """ports.FlightClock: ``clock``, for the flight thread alone; the process's switch interval is its own then."""
+
+    def __init__(self, clock: FlightClock) -> None:
+        self._clock = clock
+
+    @property
+    def is_virtual(self) -> bool:
+        """As the clock."""
+        return self._clock.is_virtual
+
+    def now_s(self) -> float:
+        """As the clock."""
+        return self._clock.now_s()
+
+    def wait_until(self, time_s: float) -> None:
+        """As the clock; meanwhile the others have the interpreter, afterwards the caller."""
+        sys.setswitchinterval(WAITING_S)
+        try:
+            self._clock.wait_until(time_s)
+        finally:
+            sys.setswitchinterval(WORKING_S)
