@@ -7,15 +7,22 @@ handed the interpreter soon after it wakes, and keeps it until it waits again or
 """
 
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from gcs.ports import FlightClock
 
 WAITING_S = 0.0005  # how long a busy thread keeps the flight from the interpreter when it wakes
 WORKING_S = 0.05  # how long a working flight keeps all others from it: longer than a tick's work, shorter than a tick
+_here = threading.local()  # ``holds`` in the thread that keeps it
 
 
 class RightOfWay:
-    """ports.FlightClock: ``clock``, for the flight thread alone; the process's switch interval is its own then."""
+    """ports.FlightClock: ``clock``, for the flight thread alone; the process's switch interval is its own from then on.
+
+    The thread that waits by it keeps the interpreter while it does not wait: here, or in :func:`giving_way`.
+    """
 
     def __init__(self, clock: FlightClock) -> None:
         self._clock = clock
@@ -31,8 +38,19 @@ class RightOfWay:
 
     def wait_until(self, time_s: float) -> None:
         """As the clock; meanwhile the others have the interpreter, afterwards the caller."""
-        sys.setswitchinterval(WAITING_S)
-        try:
+        _here.holds = True
+        with giving_way():
             self._clock.wait_until(time_s)
-        finally:
-            sys.setswitchinterval(WORKING_S)
+
+
+@contextmanager
+def giving_way() -> Iterator[None]:
+    """For a wait for other threads' work: a flight that waits keeps them from nothing. Means nothing elsewhere."""
+    if not getattr(_here, "holds", False):
+        yield
+        return
+    sys.setswitchinterval(WAITING_S)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(WORKING_S)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from gcs.clock import RealClock
-from gcs.right_of_way import WAITING_S, WORKING_S, RightOfWay
+from gcs.right_of_way import WAITING_S, WORKING_S, RightOfWay, giving_way
 
 
 @pytest.fixture(autouse=True)
@@ -49,28 +49,50 @@ def test_others_have_the_interpreter_while_it_waits_and_the_flight_afterwards() 
     assert sys.getswitchinterval() == pytest.approx(WORKING_S)
 
 
-def test_a_tick_s_work_is_not_taken_apart_by_busy_threads() -> None:
-    """Three threads that only compute: shared evenly, 10 ms of work would take 40."""
-    stop, clock = threading.Event(), RealClock()
-    flight = RightOfWay(clock)
+def test_it_gives_way_while_it_waits_for_others_and_who_never_had_it_changes_nothing() -> None:
+    before, seen = sys.getswitchinterval(), []
 
-    def compute() -> None:
+    def fly() -> None:
+        RightOfWay(Watched()).wait_until(8.0)
+        with giving_way():
+            seen.append(sys.getswitchinterval())
+        seen.append(sys.getswitchinterval())
+
+    def serve() -> None:
+        with giving_way():
+            seen.append(sys.getswitchinterval())
+
+    for work in (serve, fly, serve):
+        thread = threading.Thread(target=work)
+        thread.start()
+        thread.join()
+    assert seen == [pytest.approx(each) for each in (before, WAITING_S, WORKING_S, WORKING_S)]
+
+
+@pytest.mark.parametrize("has_it", [True, False])
+def test_a_tick_s_work_is_not_taken_apart_by_busy_threads(has_it: bool) -> None:
+    """What others compute while the flight works: nothing. Without right of way they take turns with it."""
+    stop, clock, computed = threading.Event(), RealClock(), [0, 0, 0]
+    flight = RightOfWay(clock) if has_it else clock
+    sys.setswitchinterval(WAITING_S)
+
+    def compute(index: int) -> None:
         while not stop.is_set():
-            pass
+            computed[index] += 1
 
-    busy = [threading.Thread(target=compute, daemon=True) for _ in range(3)]
+    busy = [threading.Thread(target=compute, args=(index,), daemon=True) for index in range(3)]
     for thread in busy:
         thread.start()
-    lost_s = []
+    meanwhile = []
     try:
-        for _ in range(20):
-            flight.wait_until(clock.now_s() + 0.005)
-            begun_s, begun_cpu_s = time.perf_counter(), time.thread_time()
-            while time.thread_time() - begun_cpu_s < 0.01:
+        for _ in range(15):
+            flight.wait_until(clock.now_s() + 0.002)
+            before, begun_s = sum(computed), time.thread_time()
+            while time.thread_time() - begun_s < 0.005:
                 pass
-            lost_s.append(time.perf_counter() - begun_s - 0.01)
+            meanwhile.append(sum(computed) - before)
     finally:
         stop.set()
         for thread in busy:
             thread.join()
-    assert sorted(lost_s)[len(lost_s) // 2] < 0.01
+    assert (sorted(meanwhile)[len(meanwhile) // 2] == 0) is has_it
