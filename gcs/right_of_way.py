@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from gcs.ports import FlightClock
 
 WAITING_S = 0.0005  # how long a busy thread keeps the flight from the interpreter when it wakes
-WORKING_S = 0.05  # how long a working flight keeps all others from it: longer than a tick's work, shorter than a tick
+WORKING_S = 0.01  # how long a working flight keeps all others from it, and they it where it has to let go of it (NumPy)
 _here = threading.local()  # ``holds`` in the thread that keeps it
 
 

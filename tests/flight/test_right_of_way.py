@@ -88,11 +88,11 @@ def test_a_tick_s_work_is_not_taken_apart_by_busy_threads(has_it: bool) -> None:
         for _ in range(15):
             flight.wait_until(clock.now_s() + 0.002)
             before, begun_s = sum(computed), time.thread_time()
-            while time.thread_time() - begun_s < 0.005:
+            while time.thread_time() - begun_s < 0.002:
                 pass
             meanwhile.append(sum(computed) - before)
     finally:
         stop.set()
         for thread in busy:
             thread.join()
-    assert (sorted(meanwhile)[len(meanwhile) // 2] == 0) is has_it
+    assert (meanwhile.count(0) > 5) is has_it  # not all: a busy machine can stop the working thread as well
