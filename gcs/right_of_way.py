@@ -1,9 +1,10 @@
 """The flight thread goes first in an interpreter that it shares with the web side.
 
 Python hands the interpreter on after ``sys.getswitchinterval()``, to whoever wakes first. A tick of a hundred drones is
-some 25 ms of work: with six threads that serve pages it was taken from the flight 25 times a tick, and came back after
-several of them had had their turn. So the interval is long while the flight works, and short while it waits: it is
-handed the interpreter soon after it wakes, and keeps it until it waits again or the long interval has passed.
+some 25 ms of work: it was taken from the flight 25 times a tick, each time for as long as others computed. So the
+interval is longer while the flight works, and short while it waits: it is handed the interpreter soon after it wakes.
+Not much longer: in a call that lets go of the interpreter (NumPy's with many numbers) the flight loses it too, and asks
+for it back after as long.
 """
 
 import sys
@@ -14,7 +15,7 @@ from contextlib import contextmanager
 from gcs.ports import FlightClock
 
 WAITING_S = 0.0005  # how long a busy thread keeps the flight from the interpreter when it wakes
-WORKING_S = 0.01  # how long a working flight keeps all others from it, and they it where it has to let go of it (NumPy)
+WORKING_S = 0.01  # how long a working flight keeps all others from it, and they the flight that let go of it
 _here = threading.local()  # ``holds`` in the thread that keeps it
 
 
