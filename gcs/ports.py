@@ -63,6 +63,15 @@ class LinkQuality:
     primary: bool = False  # what is heard there counts; the others stand by
 
 
+@dataclass(frozen=True, slots=True)
+class Silence:
+    """A time in which a vehicle got nothing of ours that we know of: ``length_s`` by its clock; it ended with what we
+    sent at ``ended_s`` of ours."""
+
+    length_s: float
+    ended_s: float
+
+
 @dataclass(frozen=True)
 class VehicleStatus:
     """The newest of everything a vehicle said. Times are on the flight clock; None: never heard."""
@@ -95,6 +104,8 @@ class VehicleStatus:
     conflict: str = ""  # another vehicle uses the same system id
     latency_s: float | None = None  # round trip by TIMESYNC, smoothed
     answered_s: float | None = None  # when it last answered us: the way up works too
+    reached_s: float | None = None  # when the newest that it is known to have got of ours was sent
+    silences: tuple[Silence, ...] = ()  # of the last seconds, oldest first
     links: tuple[LinkQuality, ...] = ()  # every link to it, the one in use first
     version: str = ""  # of its firmware, such as 1.15.4
     clock_offset_s: float | None = None  # its UTC less ours

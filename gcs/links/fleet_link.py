@@ -9,6 +9,7 @@ from gcs.links.commands import RefusedTicket
 from gcs.links.routes import Routes
 from gcs.links.session import VehicleSession
 from gcs.links.status import changed
+from gcs.links.uplink import UplinkMeter
 from gcs.links.wire import AUTOPILOT_COMPONENT, OWN_SYSTEM_ID, Fields, Heard, Path, Wire
 from gcs.ports import CommandTicket, SafeSetpoint, VehicleCommand, VehicleStatus
 
@@ -41,6 +42,7 @@ class WiredFleetLink:
         self._sessions: dict[int, VehicleSession] = {}
         self._routes: dict[int, Routes] = {}
         self._answered_s: dict[int, float] = {}
+        self._uplinks: dict[int, UplinkMeter] = {}
         self._notices: list[str] = []
         self._conflicts: dict[int, str] = {}
         self._refused: set[tuple[int, Path]] = set()
@@ -82,6 +84,8 @@ class WiredFleetLink:
             loss_ratio=first.loss_ratio,
             latency_s=first.latency_s,
             answered_s=self._answered_s.get(system_id),
+            reached_s=self._uplinks[system_id].reached_s,
+            silences=self._uplinks[system_id].silences,
             links=links,
             address=first.address,
             conflict=self._conflicts.get(system_id, ""),
@@ -126,8 +130,7 @@ class WiredFleetLink:
         for system_id, session in self._sessions.items():
             session.flush(now_s, partial(self._send_to, system_id, now_s))
             for route in self._routes[system_id].all():
-                stamp_ns = route.latency.request_ns(now_s)
-                if stamp_ns is not None:
+                for stamp_ns in route.latency.requests_ns(now_s):
                     self._timesync(0, stamp_ns, route.path, now_s)
 
     def drain_notices(self) -> tuple[str, ...]:
@@ -153,6 +156,7 @@ class WiredFleetLink:
         session = self._sessions.get(system_id)
         if session is None:
             session = self._sessions[system_id] = VehicleSession(system_id, heard.path.address)
+            self._uplinks[system_id] = UplinkMeter()
         routes = self._routes[system_id]
         counts = routes.note(heard.path, heard.sequence, now_s)
         boot_ms = getattr(heard.body, "time_boot_ms", None)
@@ -177,7 +181,9 @@ class WiredFleetLink:
         route = routes.find(heard.path)
         if route is not None and route.latency.on_answer(heard.body.ts1, now_s):
             self._answered_s[heard.system_id] = now_s
-            self._sessions[heard.system_id].on_time(heard.body.tc1 / 1e9, heard.body.ts1 / 1e9)
+            vehicle_s, asked_s = heard.body.tc1 / 1e9, heard.body.ts1 / 1e9
+            self._sessions[heard.system_id].on_time(vehicle_s, asked_s)
+            self._uplinks[heard.system_id].on_answer(vehicle_s, asked_s)
 
     def _timesync(self, tc1: int, ts1: int, path: Path, now_s: float) -> None:
         self._wire.write("TIMESYNC", {"tc1": tc1, "ts1": ts1}, (path,), now_s)

@@ -4,7 +4,9 @@ Answers are matched to requests by the time that they carry back; strangers' and
 """
 
 ASK_S = 0.1  # ten in a row unanswered is a dead link, though three in ten get lost on a bad one
-_KEPT = 64  # requests that may still be answered
+TWICE_ABOVE = 3  # lost of the last seconds' thirty: each is asked twice, so that bad luck does not look like a cut
+_KEPT = 128  # requests that may still be answered
+_LATE_NS, _LATELY_NS = 1_000_000_000, 4_000_000_000
 _SMOOTHING = 0.2
 
 
@@ -16,14 +18,17 @@ class LatencyMeter:
         self._due_s = float("-inf")
         self._open: list[int] = []
 
-    def request_ns(self, now_s: float) -> int | None:
-        """The time to ask with now, or None."""
+    def requests_ns(self, now_s: float) -> tuple[int, ...]:
+        """The times to ask with now: none, one, or two where many get lost."""
         if now_s < self._due_s - 1e-6:
-            return None
+            return ()
         self._due_s = now_s + ASK_S
         stamp_ns = int(now_s * 1e9) + 1  # never 0, which would read as "no time"
-        self._open = [*self._open[1 - _KEPT :], stamp_ns]
-        return stamp_ns
+        lost = sum(_LATE_NS < stamp_ns - asked_ns < _LATELY_NS for asked_ns in self._open)
+        answers = self.latency_s is not None
+        stamps = (stamp_ns, stamp_ns + 1) if answers and lost > TWICE_ABOVE else (stamp_ns,)
+        self._open = [*self._open[len(stamps) - _KEPT :], *stamps]
+        return stamps
 
     def on_answer(self, stamp_ns: int, now_s: float) -> bool:
         """An answer carries ``stamp_ns`` back; False when we did not ask so."""

@@ -3,7 +3,8 @@
 Pure rules. A mode that we did not order is a person's or a failsafe's and is never fought, with one exception: PX4
 falls out of OFFBOARD by itself when setpoints stay away for COM_OF_LOSS_T (1 s), so a change to where that leads, just
 after a dead link or a stall of this machine was *measured*, is our own doing, and the drone is taken back once for
-each such gap. What cannot be told apart is the pilot's.
+each such gap. The measure is the vehicle's own clock (gcs/links/uplink.py); while what it last got is not known,
+nothing is decided: it is told to hold and asked on. What cannot be told apart is the pilot's.
 """
 
 import math
@@ -16,7 +17,10 @@ from gcs.mission.watch import DropOut, Fate
 from gcs.ports import CampaignState, FlightMode, VehicleStatus
 
 GAP_SHARE = 0.9  # of the vehicle's setpoint time-out: a link dead for so long may have ended its stream
+SILENCE_SHARE = 0.8  # the same by its own clock; time requests and setpoints do not leave and arrive at one moment
+UNKNOWN_SHARE = 0.5  # what it got in the last time-outs' half, beyond the usual delay, must be known to judge
 GAP_MEMORY_S = 6.0  # a mode change shows in a heartbeat, once a second, and heartbeats get lost too
+GAP_MARGIN_S = 1.5  # a gap ends no longer before the last heartbeat in our mode, which may have come late
 SILENT_GIVE_UP_S = 60.0  # nothing heard for so long: it is not waited for any longer
 PILOTS_WORDS = "pilot took over"  # PX4 says so when sticks win (COM_RC_OVERRIDE)
 _OWN_WAY_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
@@ -27,10 +31,21 @@ _LANDING = frozenset({*_OWN_WAY_DOWN, FlightMode.GUIDED, FlightMode.HOLD, Flight
 
 def link_gap(status: VehicleStatus, now_s: float) -> bool:
     """One way of the link is dead at this moment, for as long as ends a setpoint stream."""
-    timeout_s = GAP_SHARE * (status.limits.setpoint_timeout_s or DEFAULT_TIMEOUT_S)
+    timeout_s = GAP_SHARE * _timeout_s(status)
     heard_s = max(status.heartbeat_s or -math.inf, status.position_s or -math.inf)
     deaf = status.answered_s is not None and now_s - status.answered_s > timeout_s
     return deaf or now_s - heard_s > timeout_s
+
+
+def note_link(drone: Drone, status: VehicleStatus, now_s: float) -> None:
+    """Remember when what it got of ours, or we of it, last stayed away for as long as ends a setpoint stream."""
+    if link_gap(status, now_s):
+        drone.gap_s = now_s
+    for silence in status.silences:
+        if silence.length_s >= SILENCE_SHARE * _timeout_s(status) and silence.ended_s > drone.excused_s:
+            drone.gap_s = max(drone.gap_s, silence.ended_s)
+    if drone.is_streamed and status.heartbeat_s is not None and _is_expected(drone, status):
+        drone.ours_s = status.heartbeat_s
 
 
 def is_unreachable(drone: Drone, now_s: float) -> bool:
@@ -39,7 +54,7 @@ def is_unreachable(drone: Drone, now_s: float) -> bool:
     if status is None or drone.track is None or is_link_lost(status, now_s):
         return True
     fallen_out = drone.control is Control.GUIDED and status.mode_name in STREAM_LOST_MODES
-    return fallen_out and not drone.halted and link_gap(status, now_s)
+    return fallen_out and not drone.halted and (link_gap(status, now_s) or _is_unknown(status, now_s))
 
 
 def judge_custody(drone: Drone, state: CampaignState, now_s: float, stalled_s: float) -> DropOut | None:
@@ -54,7 +69,8 @@ def judge_custody(drone: Drone, state: CampaignState, now_s: float, stalled_s: f
     if _is_expected(drone, status):
         back = drone.silent_s is not None and not drone.halted and drone.control is Control.GUIDED
         return DropOut(Fate.REGAIN, "it is heard again") if back else None
-    return _in_another_mode(status, gap=now_s - max(drone.gap_s, stalled_s) < GAP_MEMORY_S)
+    memory_s = min(GAP_MEMORY_S, now_s - drone.ours_s + GAP_MARGIN_S)
+    return _in_another_mode(status, gap=now_s - max(drone.gap_s, stalled_s) < memory_s)
 
 
 def _in_another_mode(status: VehicleStatus, *, gap: bool) -> DropOut:
@@ -65,9 +81,25 @@ def _in_another_mode(status: VehicleStatus, *, gap: bool) -> DropOut:
     return DropOut(Fate.RELEASE, f"a pilot or its failsafe changed the mode to {status.mode_name or status.mode}")
 
 
+def _is_unknown(status: VehicleStatus, now_s: float) -> bool:
+    """What we sent lately may or may not have reached it: its answer has not come yet."""
+    usual_s = UNKNOWN_SHARE * _timeout_s(status) + (status.latency_s or 0.0)
+    return status.reached_s is not None and now_s - status.reached_s > usual_s
+
+
+def _timeout_s(status: VehicleStatus) -> float:
+    return status.limits.setpoint_timeout_s or DEFAULT_TIMEOUT_S
+
+
 def _silence(drone: Drone, now_s: float) -> DropOut | None:
     if drone.silent_s is None:
-        return DropOut(Fate.SILENT, "its link is dead; it is told to hold and waited for")
+        fallen = drone.status is not None and drone.status.mode_name in STREAM_LOST_MODES
+        words = (
+            f"it went to {drone.status.mode_name} and does not answer"
+            if fallen and drone.status
+            else "its link is dead"
+        )
+        return DropOut(Fate.SILENT, f"{words}; it is told to hold and waited for")
     if now_s - drone.silent_s <= SILENT_GIVE_UP_S:
         return None
     words = f"its link is lost for more than {SILENT_GIVE_UP_S:.0f} s; told to return, its own failsafe flies it"

@@ -58,6 +58,8 @@ class Drone:
     waits_for: int | None = None  # the drone that has long been below it, over its pad
     silent_s: float | None = None  # since when nothing is heard of it
     gap_s: float = -math.inf  # when its link, one way or the other, was last seen to be dead
+    excused_s: float = -math.inf  # silences until then have accounted for a change of mode
+    ours_s: float = -math.inf  # the newest heartbeat in a mode that our orders lead to
     reason: str = ""  # why it was released or sent home
     ticket: CommandTicket | None = None
     ordering: CommandKind | None = None  # the order under way

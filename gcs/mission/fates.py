@@ -23,7 +23,8 @@ LAME_MPS = 5.0  # top speed of a drone with a failed motor
 def take_back(drone: Drone, state: CampaignState, *, stopped: bool) -> None:
     """A cut link or a stall of this machine ended its stream: it is taken over again and goes on with what it did."""
     if drone.status is not None and drone.status.mode_name in STREAM_LOST_MODES:
-        drone.gap_s = -math.inf  # each gap accounts for one change of mode, which may show only after it is heard again
+        # each gap accounts for one change of mode, which may show only after it is heard again
+        drone.gap_s, drone.excused_s = -math.inf, drone.status.reached_s or -math.inf
     drone.forget_orders()
     drone.park()
     if stopped:  # when a person takes the stop off

@@ -7,7 +7,7 @@ from dataclasses import replace
 from gcs.fleet.track import make_track
 from gcs.mission.campaign import Campaign
 from gcs.mission.campaign_log import CampaignLog
-from gcs.mission.custody import link_gap
+from gcs.mission.custody import note_link
 from gcs.mission.drone import Drone
 from gcs.mission.watch import position_lost
 from gcs.ports import Severity, VehicleStatus
@@ -23,8 +23,7 @@ def observe(campaign: Campaign, vehicles: Mapping[int, VehicleStatus], now_s: fl
             continue
         drone.status = status
         drone.track = make_track(status, frame, now_s) or drone.track
-        if link_gap(status, now_s):
-            drone.gap_s = now_s
+        note_link(drone, status, now_s)
         _doubt_position(drone, status, log)
     if campaign.slots is not None and not campaign.slots.finished:
         campaign.slots.measure(now_s)

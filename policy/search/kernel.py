@@ -18,6 +18,8 @@ NO_MOVE = -1
 ONE = np.float32(1.0)
 ZERO = np.float32(0.0)
 HALF = np.float32(0.5)
+BINS = 256
+LEAST_RANGE = 1e-9  # of ranks, for bins to tell them apart
 SHORTLIST = 3  # candidates looked at for each one kept; the rest are duplicates
 HASH_STEP = np.int64(6364136223846793005)  # Knuth's multiplier (MMIX)
 HASH_SPREAD = np.int64(1442695040888963407)
@@ -119,12 +121,22 @@ def search(scene: Scene, start: Start, trail: Trail, others_gap_m: Float32Array)
             child = chosen[place]
             parents[depth, place] = 0 if child == last else child // num_actions
             moves[depth, place] = trail.action[depth] if child == last else child % num_actions
-            places[depth, place] = children.pos_m[child]
+            for axis in range(2):
+                places[depth, place, axis] = children.pos_m[child, axis]
         kept = chosen.size
-        layer = Layer(places[depth, :kept].copy(), moves[depth, :kept].copy(), children.cost[chosen], aoi)
-        leaf = children.leaf[chosen]
+        layer = Layer(places[depth, :kept], moves[depth, :kept], _taken(children.cost, chosen), aoi)
+        leaf = _taken(children.leaf, chosen)
     actions, path_m = _trace(parents, moves, places, layer.cost.size)
     return Beam(actions, path_m, layer.cost, leaf, layer.aoi_slots)
+
+
+@compiled
+def _taken(values: FloatArray, which: IntArray) -> FloatArray:
+    """``values[which]``, by a loop: numba's own indexing by an array is far slower for a few."""
+    taken = np.empty(which.size)
+    for place in range(which.size):
+        taken[place] = values[which[place]]
+    return taken
 
 
 @compiled
@@ -248,39 +260,40 @@ def _expand(
     pos_m, waiting = np.zeros((nodes * num_actions + 1, 2)), np.zeros(crowd.shape[1], np.float32)
     count = scene.users.present
     cover, energy = scene.prices.cover / max(count, 1), scene.prices.energy
-    is_open, legal, box_m = scene.walls.box_m.shape[0] == 0, np.zeros(num_actions, np.bool_), scene.table.box_m
-    low_m, high_m = scene.walls.low_m, scene.walls.high_m
+    # Of one node: its moves and, last, the trail's.
+    to_m, spent_j = np.zeros((num_actions + 1, 2)), np.zeros(num_actions + 1)
+    is_tried, sums = np.zeros(num_actions + 1, np.bool_), np.zeros((num_actions + 1, 3))
+    legal = is_tried[:num_actions]
     for node in range(nodes):
-        place, last = (layer.pos_m[node, 0], layer.pos_m[node, 1]), layer.last[node]
-        step_m, energy_j, so_far = start.step_m[last], start.energy_j[last], layer.cost[node]
-        waiting[:] = crowd[WEIGHT] * layer.aoi_slots[node]
-        if is_open and last < num_actions:  # what _legal does without obstacles, which is far dearer to call
-            legal[:] = start.allowed[last]
-            _keep_inside(box_m[last], low_m, high_m, place, legal)
-            legal[0] = legal[0] or not np.any(legal)
+        place, last, so_far = (layer.pos_m[node, 0], layer.pos_m[node, 1]), layer.last[node], layer.cost[node]
+        for user in range(waiting.size):
+            waiting[user] = crowd[WEIGHT, user] * layer.aoi_slots[node, user]
+        if scene.walls.box_m.shape[0] == 0 and last < num_actions:  # as _legal does, which is far dearer to call
+            _keep_inside(scene, start.allowed[last], place, last, legal)
         else:
             legal[:] = _legal(scene, start, place, last)
+        step_m, energy_j = start.step_m[last], start.energy_j[last]
         is_beside = scene.effort.free_places and scene.effort.by_velocity  # the trail's velocity is none of the table's
         if is_beside and on_trail and node == 0 and 0 < depth <= trail.length:
             step_m = _steps_from(scene.table, trail.vel_mps[depth - 1], legal)
         for action in range(num_actions):
-            if legal[action]:
-                child = node * num_actions + action
-                east, north = place[0] + step_m[action, 0], place[1] + step_m[action, 1]
-                age, wait, missed = _outlook(crowd, waiting, np.float32(east), np.float32(north))
-                pos_m[child, 0], pos_m[child, 1] = east, north
-                cost[child] = so_far + discount * (age - cover * (count - missed) + energy * energy_j[action])
-                leaf[child] = leaf_price * wait
-        if node == 0 and depth < trail.length:
-            child = nodes * num_actions
+            to_m[action, 0], to_m[action, 1] = place[0] + step_m[action, 0], place[1] + step_m[action, 1]
+            spent_j[action] = energy_j[action]
+        is_tried[num_actions] = node == 0 and depth < trail.length
+        if is_tried[num_actions]:
             east, north = trail.path_m[depth, 0], trail.path_m[depth, 1]
-            spent_j = energy_j[trail.action[depth]]
+            to_m[num_actions, 0], to_m[num_actions, 1] = east, north
+            spent_j[num_actions] = energy_j[trail.action[depth]]
             if scene.effort.free_places:
-                spent_j = _cruise_j(scene.table, np.hypot(east - place[0], north - place[1]))
-            age, wait, missed = _outlook(crowd, waiting, np.float32(east), np.float32(north))
-            pos_m[child, 0], pos_m[child, 1] = east, north
-            cost[child] = so_far + discount * (age - cover * (count - missed) + energy * spent_j)
-            leaf[child] = leaf_price * wait
+                spent_j[num_actions] = _cruise_j(scene.table, np.hypot(east - place[0], north - place[1]))
+        _outlooks(crowd, waiting, to_m, is_tried, sums)
+        for action in range(num_actions + 1):
+            if is_tried[action]:
+                child = node * num_actions + action if action < num_actions else nodes * num_actions
+                age, wait, missed = sums[action, 0], sums[action, 1], sums[action, 2]
+                pos_m[child, 0], pos_m[child, 1] = to_m[action, 0], to_m[action, 1]
+                cost[child] = so_far + discount * (age - cover * (count - missed) + energy * spent_j[action])
+                leaf[child] = leaf_price * wait
     return Children(cost, leaf, cost + leaf, pos_m)
 
 
@@ -309,21 +322,27 @@ def _cruise_j(table: MoveTable, way_m: float) -> float:
 
 
 @compiled
-def _outlook(
-    crowd: Float32Array, waiting: Float32Array, east_m: np.float32, north_m: np.float32
-) -> tuple[float, float, float]:
-    """Weighted sums over users after a slot that ends here: AoI (Eq. 4), AoI x metres to reach; number missed."""
-    age, wait, missed = ZERO, ZERO, ZERO
-    for user in range(waiting.size):
-        d_east, d_north = crowd[EAST, user] - east_m, crowd[NORTH, user] - north_m
-        gap = max(np.sqrt(d_east * d_east + d_north * d_north) - crowd[INNER, user], ZERO)
-        gap = min(gap, crowd[OTHERS, user])
-        miss = min(gap * crowd[FADE, user], ONE)
-        aged = crowd[WEIGHT, user] + miss * waiting[user]
-        age += aged
-        wait += aged * gap
-        missed += miss
-    return float(age), float(wait), float(missed)
+def _outlooks(
+    crowd: Float32Array, waiting: Float32Array, to_m: FloatArray, is_tried: BoolArray, sums: FloatArray
+) -> None:
+    """Weighted sums over users after a slot that ends at each of the places [P, 2] that are tried, into ``sums``
+    [P, 3]: AoI (Eq. 4), AoI x metres to reach, number missed. All moves of a node in one call: each call has its price.
+    """
+    for place in range(is_tried.size):
+        if not is_tried[place]:
+            continue
+        east_m, north_m = np.float32(to_m[place, 0]), np.float32(to_m[place, 1])
+        age, wait, missed = ZERO, ZERO, ZERO
+        for user in range(waiting.size):
+            d_east, d_north = crowd[EAST, user] - east_m, crowd[NORTH, user] - north_m
+            gap = max(np.sqrt(d_east * d_east + d_north * d_north) - crowd[INNER, user], ZERO)
+            gap = min(gap, crowd[OTHERS, user])
+            miss = min(gap * crowd[FADE, user], ONE)
+            aged = crowd[WEIGHT, user] + miss * waiting[user]
+            age += aged
+            wait += aged * gap
+            missed += miss
+        sums[place, 0], sums[place, 1], sums[place, 2] = age, wait, missed
 
 
 @compiled
@@ -350,7 +369,7 @@ def _choose(
             continue
         if kept == effort.beam:
             break
-        east, north = children.pos_m[child]
+        east, north = children.pos_m[child, 0], children.pos_m[child, 1]
         parent = 0 if child == last else child // num_actions
         code = _renew(crowd, salt, layer.aoi_slots[parent], np.float32(east), np.float32(north), aoi[kept])
         code = _mix(_mix(code, np.floor(east / effort.cell_m)), np.floor(north / effort.cell_m))
@@ -371,10 +390,34 @@ def _known(codes: IntArray, count: int, code: np.int64) -> bool:
 
 @compiled
 def _best(rank: FloatArray, count: int) -> IntArray:
-    """Indices of the ``count`` least finite ranks, in order; equal ones by index."""
-    limit = np.partition(rank, count)[count] if rank.size > count else np.inf
-    candidates = np.flatnonzero((rank <= limit) & np.isfinite(rank))
-    return candidates[np.argsort(rank[candidates], kind="mergesort")]
+    """Indices of the ``count`` least finite ranks, in order; equal ones by index.
+
+    Ranks go into bins of equal width, and only the first bins are sorted: most children are never compared.
+    """
+    least, most = np.inf, -np.inf
+    for child in range(rank.size):
+        if np.isfinite(rank[child]):
+            least, most = min(least, rank[child]), max(most, rank[child])
+    scale = (BINS - 1) / (most - least) if most - least > LEAST_RANGE else 0.0
+    bins, first = np.full(rank.size, BINS, np.int64), np.zeros(BINS + 1, np.int64)
+    for child in range(rank.size):
+        if np.isfinite(rank[child]):
+            bins[child] = max(0, min(int((rank[child] - least) * scale), BINS - 1))
+            first[bins[child] + 1] += 1
+    used = 0
+    while used < BINS and first[used] < count:
+        used += 1
+        first[used] += first[used - 1]
+    order, free = np.empty(first[used], np.int64), first.copy()
+    for child in range(rank.size):
+        if bins[child] < used:
+            at = free[bins[child]]
+            free[bins[child]] += 1
+            while at > first[bins[child]] and rank[order[at - 1]] > rank[child]:
+                order[at] = order[at - 1]
+                at -= 1
+            order[at] = child
+    return order[:count]
 
 
 @compiled
@@ -412,7 +455,8 @@ def _trace(parents: IntArray, moves: IntArray, places: FloatArray, kept: int) ->
     for end in range(kept):
         node = end
         for depth in range(horizon - 1, -1, -1):
-            actions[end, depth], path_m[end, depth] = moves[depth, node], places[depth, node]
+            actions[end, depth] = moves[depth, node]
+            path_m[end, depth, 0], path_m[end, depth, 1] = places[depth, node, 0], places[depth, node, 1]
             node = parents[depth, node]
     return actions, path_m
 
@@ -426,9 +470,11 @@ def _legal(scene: Scene, start: Start, pos_m: tuple[float, float], last: int) ->
     legal: BoolArray = start.allowed[last].copy()
     if last == scene.table.box_m.shape[0]:
         return legal
+    _keep_inside(scene, start.allowed[last], pos_m, last, legal)
     walls = scene.walls
-    _keep_inside(scene.table.box_m[last], walls.low_m, walls.high_m, pos_m, legal)
-    for action in range(legal.size if walls.box_m.shape[0] > 0 else 0):
+    if walls.box_m.shape[0] == 0:
+        return legal
+    for action in range(legal.size):
         for obstacle in range(walls.box_m.shape[0]):
             legal[action] = legal[action] and not _hits(scene, pos_m, last, action, obstacle)
     legal[0] = legal[0] or not np.any(legal)
@@ -436,14 +482,17 @@ def _legal(scene: Scene, start: Start, pos_m: tuple[float, float], last: int) ->
 
 
 @compiled
-def _keep_inside(
-    box_m: FloatArray, low_m: FloatArray, high_m: FloatArray, pos_m: tuple[float, float], legal: BoolArray
-) -> None:
-    """Strike moves whose ways [A, 4] leave the area."""
+def _keep_inside(scene: Scene, allowed: BoolArray, pos_m: tuple[float, float], last: int, legal: BoolArray) -> None:
+    """Which of the allowed moves [A] stay within the area on all of their way, into ``legal``; braking if none does."""
+    low_m, high_m, box_m = scene.walls.low_m, scene.walls.high_m, scene.table.box_m
     west, south, east, north = low_m[0] - pos_m[0], low_m[1] - pos_m[1], high_m[0] - pos_m[0], high_m[1] - pos_m[1]
+    is_any = False
     for action in range(legal.size):
-        inside = box_m[action, 0] >= west and box_m[action, 2] <= east
-        legal[action] = legal[action] and inside and box_m[action, 1] >= south and box_m[action, 3] <= north
+        in_east = (box_m[last, action, 0] >= west) & (box_m[last, action, 2] <= east)
+        in_north = (box_m[last, action, 1] >= south) & (box_m[last, action, 3] <= north)
+        legal[action] = allowed[action] & in_east & in_north
+        is_any |= legal[action]
+    legal[0] |= not is_any
 
 
 @compiled

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from gcs.links.uplink import UplinkMeter
 from gcs.ports import (
     Checkpoint,
     CommandKind,
@@ -163,6 +164,7 @@ class FakeFleet:
         self.flushes = 0
         self.notices: list[str] = []
         self._answered_s: dict[int, float] = {}
+        self._uplinks = {vehicle.system_id: UplinkMeter() for vehicle in vehicles}
         self.commands: list[VehicleCommand] = []
 
     def now_s(self) -> float:
@@ -219,6 +221,7 @@ class FakeFleet:
     def _status(self, vehicle: FakeVehicle, now_s: float) -> VehicleStatus:
         if not vehicle.deaf:
             self._answered_s[vehicle.system_id] = now_s
+            self._uplinks[vehicle.system_id].on_answer(now_s, now_s)
         lat_deg, lon_deg = self.frame.to_geodetic_deg(vehicle.east_m, vehicle.north_m)
         home_lat_deg, home_lon_deg = self.frame.to_geodetic_deg(*vehicle.home)
         return VehicleStatus(
@@ -240,6 +243,8 @@ class FakeFleet:
             heartbeat_s=now_s,
             position_s=now_s,
             answered_s=self._answered_s.get(vehicle.system_id),
+            reached_s=self._uplinks[vehicle.system_id].reached_s,
+            silences=self._uplinks[vehicle.system_id].silences,
             motors_ok=vehicle.motors_ok,
             satellites_ok=vehicle.satellites_ok,
             limits=VehicleLimits(18.0, vehicle.accel_mps2, 1.0),

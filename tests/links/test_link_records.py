@@ -80,12 +80,27 @@ def test_the_key_itself_is_never_recorded() -> None:
 
 def test_answers_are_matched_to_requests() -> None:
     meter = LatencyMeter()
-    stamp_ns = meter.request_ns(10.0)
-    assert stamp_ns is not None
-    assert meter.request_ns(10.05) is None
+    (stamp_ns,) = meter.requests_ns(10.0)
+    assert meter.requests_ns(10.05) == ()
     meter.on_answer(123, 10.2)  # somebody else's
     assert meter.latency_s is None
     meter.on_answer(stamp_ns, 10.2)
     assert abs((meter.latency_s or 0.0) - 0.2) < 1e-6
     meter.on_answer(stamp_ns, 19.0)  # a duplicate
     assert abs((meter.latency_s or 0.0) - 0.2) < 1e-6
+
+
+def test_a_link_that_loses_answers_is_asked_twice_a_time_but_not_one_that_never_answers() -> None:
+    good, bad, mute = LatencyMeter(), LatencyMeter(), LatencyMeter()
+    asked = []
+    for tick in range(60):
+        now_s = 10.0 + tick / 10
+        (stamp_ns,) = good.requests_ns(now_s)
+        good.on_answer(stamp_ns, now_s + 0.02)
+        stamps = bad.requests_ns(now_s)
+        asked.append(len(stamps))
+        if tick % 2:  # every other answer gets lost
+            bad.on_answer(stamps[0], now_s + 0.02)
+        assert len(mute.requests_ns(now_s)) == 1
+    assert asked[:10] == [1] * 10
+    assert asked[-20:] == [2] * 20

@@ -4,11 +4,19 @@ from dataclasses import replace
 
 import pytest
 
-from gcs.mission.custody import GAP_MEMORY_S, SILENT_GIVE_UP_S, judge_custody, link_gap
+from gcs.mission.custody import (
+    GAP_MARGIN_S,
+    GAP_MEMORY_S,
+    SILENT_GIVE_UP_S,
+    is_unreachable,
+    judge_custody,
+    link_gap,
+    note_link,
+)
 from gcs.mission.drone import Control, Drone
 from gcs.mission.fates import take_back
 from gcs.mission.watch import Fate
-from gcs.ports import CampaignState, CommandKind, FlightMode, UavTrack, VehicleLimits, VehicleStatus
+from gcs.ports import CampaignState, CommandKind, FlightMode, Silence, UavTrack, VehicleLimits, VehicleStatus
 
 NOW_S = 100.0
 NEVER_S = float("-inf")
@@ -137,4 +145,50 @@ def test_a_gap_accounts_for_one_change_of_mode_also_when_it_shows_after_the_dron
     found.status = replace(found.status, mode=M.PILOT, mode_name="POSCTL")
     assert fate(found) is Fate.REGAIN
     take_back(found, S.FLYING, stopped=False)
+    assert fate(found) is Fate.RELEASE
+
+
+def switched(reached_s: float, *silences: Silence, ours_s: float = NOW_S - 1.0) -> Drone:
+    """A drone that shows POSCTL; it answers, and its stream may end after 1 s."""
+    found = drone(M.PILOT, "POSCTL", ours_s=ours_s)
+    assert found.status is not None
+    limits = VehicleLimits(18.0, 4.5, 1.0)
+    found.status = replace(
+        found.status, answered_s=NOW_S, latency_s=0.2, reached_s=reached_s, silences=silences, limits=limits
+    )
+    note_link(found, found.status, NOW_S)
+    return found
+
+
+def test_a_silence_by_the_vehicles_own_clock_makes_a_change_of_mode_ours() -> None:
+    assert fate(switched(NOW_S - 0.2)) is Fate.RELEASE
+    assert fate(switched(NOW_S - 0.2, Silence(0.7, NOW_S - 0.3))) is Fate.RELEASE
+    assert fate(switched(NOW_S - 0.2, Silence(1.1, NOW_S - 0.3))) is Fate.REGAIN
+
+
+def test_a_silence_that_ended_before_the_last_heartbeat_in_our_mode_is_no_excuse() -> None:
+    """Heartbeats may come late, by no more than the margin."""
+    before = Silence(1.1, NOW_S - 1.0 - GAP_MARGIN_S - 0.1)
+    assert fate(switched(NOW_S - 0.2, before)) is Fate.RELEASE
+    assert fate(switched(NOW_S - 0.2, before, ours_s=NOW_S - 2.0)) is Fate.REGAIN
+
+
+def test_while_it_is_not_known_what_it_got_nothing_is_decided() -> None:
+    """What it answered last was sent 1.6 s ago: the answers of a cut that has just ended are still under way."""
+    found = switched(NOW_S - 1.6)
+    assert is_unreachable(found, NOW_S)
+    assert fate(found) is Fate.SILENT
+    pilot = switched(NOW_S - 0.1, Silence(0.5, NOW_S - 0.1))  # they came: nothing was cut
+    assert not is_unreachable(pilot, NOW_S)
+    assert fate(pilot) is Fate.RELEASE
+    cut = switched(NOW_S - 0.1, Silence(1.5, NOW_S - 0.1))
+    assert fate(cut) is Fate.REGAIN
+
+
+def test_a_silence_accounts_for_one_change_of_mode() -> None:
+    found = switched(NOW_S - 0.2, Silence(1.1, NOW_S - 0.3))
+    take_back(found, S.FLYING, stopped=False)
+    found.parked_in, found.halted = "", False
+    assert found.status is not None
+    note_link(found, found.status, NOW_S)
     assert fate(found) is Fate.RELEASE

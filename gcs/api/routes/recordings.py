@@ -1,9 +1,10 @@
 """A recorded campaign, for the page's replay: its frame and log, and its slots, telemetry and reasons in parts."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 from fastapi import APIRouter, Query
 
@@ -29,6 +30,7 @@ from gcs.store.telemetry import SampleTime
 from policy.mission_file import Mission, MissionError, parse_mission
 
 router = APIRouter(prefix="/campaigns/{campaign_id}/recording", tags=["campaigns"])
+T = TypeVar("T")
 MAX_EVENTS = 10_000
 USER_ROWS = 40_000  # a page: about 1.5 MB
 VEHICLE_ROWS = 8_000  # likewise
@@ -91,11 +93,9 @@ def slots(
 ) -> SlotsPage:
     """Slots from number ``first`` on, as many as ``limit`` and the number of users allow."""
     require(context, campaign_id)
-    head = context.store.slots.part(campaign_id, first, 1)
-    most = max(1, min(limit, USER_ROWS // max(1, len(head[0].users)))) if head else limit
-    found = context.store.slots.part(campaign_id, first, most + 1)
-    more = found[most].slot if len(found) > most else None
-    return slots_page(found[:most], more)
+    read = partial(context.store.slots.part, campaign_id)
+    part, after = _bounded(read, first, limit, lambda one: USER_ROWS // max(1, len(one.users)))
+    return slots_page(part, after.slot if after else None)
 
 
 @router.get("/telemetry")
@@ -108,15 +108,13 @@ def telemetry(
     """What all vehicles said, from one sample's number on, as many as ``limit`` and the number of vehicles allow."""
     record = require(context, campaign_id)
     scenario = seen_mission(context, record).scenario
-    head = context.store.telemetry.part(campaign_id, first, 1)
-    most = max(1, min(limit, VEHICLE_ROWS // max(1, len(head[0][1].vehicles)))) if head else limit
-    found = context.store.telemetry.part(campaign_id, first, most + 1)
+    read = partial(context.store.telemetry.part, campaign_id)
+    found, after = _bounded(read, first, limit, lambda one: VEHICLE_ROWS // max(1, len(one[1].vehicles)))
     times, samples = context.store.slots.times(campaign_id), context.store.telemetry.times(campaign_id)
     at_s = recorded_clock(times, samples).at_s(samples) if samples else []
     place = {one.id: at for one, at in zip(samples, at_s, strict=True)}
-    part = [(place[when.id], sample) for when, sample in found[:most]]
-    more = found[most][0].id if len(found) > most else None
-    return telemetry_page(part, scenario.area.frame, scenario.battery_j, more)
+    part = [(place[when.id], sample) for when, sample in found]
+    return telemetry_page(part, scenario.area.frame, scenario.battery_j, after[0].id if after else None)
 
 
 @router.get("/explanations")
@@ -128,18 +126,26 @@ def explanations(
 ) -> ExplanationsPage:
     """Why: decisions that were flown, from one decision's number on, with what the policy told beside each then."""
     require(context, campaign_id)
-    head = context.store.checkpoints.decisions_part(campaign_id, first, 1)
-    most = max(1, min(limit, REASON_ROWS // max(1, len(head[0].decision.heading_rad)))) if head else limit
-    found = context.store.checkpoints.decisions_part(campaign_id, first, most + 1)
+    read = partial(context.store.checkpoints.decisions_part, campaign_id)
+    found, after = _bounded(read, first, limit, lambda one: REASON_ROWS // max(1, len(one.decision.heading_rad)))
     times, samples = context.store.slots.times(campaign_id), context.store.telemetry.times(campaign_id)
     if not (found and (times or samples)):
         return ExplanationsPage(decisions=[], next_first=None)
     clock = recorded_clock(times, samples)
     begin_s = dict(zip((one.slot for one in times), clock.at_s(times), strict=True))
-    flown = [one for one in found[:most] if one.decision.flown]
-    more = found[most].id if len(found) > most else None
+    flown = [one for one in found if one.decision.flown]
     views = [recorded_decision_view(_made_at_s(clock, one, begin_s), one.decision) for one in flown]
-    return ExplanationsPage(decisions=views, next_first=more)
+    return ExplanationsPage(decisions=views, next_first=after.id if after else None)
+
+
+def _bounded(
+    read: Callable[[int, int], Sequence[T]], first: int, limit: int, most: Callable[[T], int]
+) -> tuple[Sequence[T], T | None]:
+    """Records from ``first`` on, as many as ``limit`` and (by the first one) ``most`` allow; and the one after."""
+    head = read(first, 1)
+    count = max(1, min(limit, most(head[0]))) if head else limit
+    found = read(first, count + 1)
+    return found[:count], found[count] if len(found) > count else None
 
 
 def _made_at_s(clock: RecordedClock, one: DecisionMoment, begin_s: dict[int, float]) -> float:
