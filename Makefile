@@ -49,6 +49,7 @@ audit: $(VENV)/.dev  ## look up known holes of what is installed; needs the Inte
 	@mkdir -p .build
 	$(BIN)/python -m pip freeze --exclude-editable | sed 's/+cpu$$//' > .build/installed.txt
 	$(BIN)/pip-audit --strict --disable-pip --no-deps --requirement .build/installed.txt
+	$(BIN)/python gcs/dashboard/build.py --audit
 
 fuzz: $(VENV)/.dev  ## every operation of the API with 200 values for each role (minutes)
 	UCS_FUZZ_EXAMPLES=200 $(BIN)/python -m pytest --timeout=3600 tests/api/test_api_schema.py

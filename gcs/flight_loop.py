@@ -1,7 +1,8 @@
 """The flight loop: one synchronous thread, ten ticks a second, that alone talks to the vehicles.
 
-Order of a tick: wait, poll, requests, mission manager, gate, send, flush, publish. Heartbeats leave in ``flush``,
+Order of a tick: wait, poll, requests, mission manager, gate, publish, send, flush. Heartbeats leave in ``flush``,
 after the manager has stepped: a loop that stalls or dies falls silent, and the vehicles' own failsafes take over.
+A large fleet's setpoints leave over most of a tick; who watches need not wait for them, so the snapshot comes first.
 """
 
 import logging
@@ -87,7 +88,7 @@ class FlightLoop:
         self._next_s = clock.now_s()
         self._tick = 0
         self._ticked_wall_s: float | None = None
-        self._sent_wall_s: float | None = None
+        self._period_s: float | None = None  # between the last two ticks' setpoints, wall clock
         self._missed = 0
         self._missed_reported_s = clock.now_s()
         self._snapshot = FlightSnapshot(clock.now_s(), 0)
@@ -154,6 +155,7 @@ class FlightLoop:
         now_s = self._clock.now_s()  # a poll that took long makes what it brought old
         self._take_requests(now_s)
         safe = self._fly(now_s)
+        snapshot = self._publish(now_s)
         with self._dead_man.hands:
             self._send(safe, now_s)
             self._settle_commands(now_s)
@@ -162,7 +164,9 @@ class FlightLoop:
         for notice in self._link.drain_notices():
             self._journal.record(Event(now_s, "link.notice", notice, Severity.WARNING))
         self._tell_delays(self._dead_man.feed(safe), now_s)
-        return self._publish(now_s)
+        self._note_sent()
+        self._sampler.tick(self._manager.campaign, self._manager.vehicles, now_s)  # after all that somebody waits for
+        return snapshot
 
     def _tell_delays(self, held_s: float, now_s: float) -> None:
         if held_s:
@@ -233,10 +237,12 @@ class FlightLoop:
                 now_s = self._clock.now_s()
                 self._link.send(self._late.in_time(setpoint, judged_s, now_s), now_s)
 
-    def _publish(self, now_s: float) -> FlightSnapshot:
+    def _note_sent(self) -> None:
         wall_s = time.monotonic()
-        period_s = wall_s - self._sent_wall_s if self._sent_wall_s is not None else None
-        self._sent_wall_s = self._ticked_wall_s = wall_s
+        self._period_s = wall_s - self._ticked_wall_s if self._ticked_wall_s is not None else None
+        self._ticked_wall_s = wall_s
+
+    def _publish(self, now_s: float) -> FlightSnapshot:
         self._tick += 1
         campaign, stopped, stopped_ids = self._durable(now_s)
         self._snapshot = FlightSnapshot(
@@ -246,9 +252,8 @@ class FlightLoop:
             campaign=campaign,
             stopped=stopped,
             stopped_ids=stopped_ids,
-            setpoint_period_s=period_s,
+            setpoint_period_s=self._period_s,
         )
-        self._sampler.tick(self._manager.campaign, self._manager.vehicles, now_s)  # after all that somebody waits for
         return self._snapshot
 
     def _durable(self, now_s: float) -> _Told:

@@ -16,6 +16,7 @@ from gcs.api.durable import Durable
 from gcs.api.guards import BodyLimit, SafeHeaders, SameOrigin
 from gcs.api.idempotency import Idempotency
 from gcs.api.live_users import LiveCampaigns
+from gcs.api.pace import Pace
 from gcs.api.problems import MEDIA_TYPE
 from gcs.api.rate_limit import Buckets, RateLimit
 from gcs.api.routes import (
@@ -78,6 +79,7 @@ def create_app(
     )
     app.state.context = context
     app.state.snapshots = SnapshotSource(control, store.tail, context.catalog)
+    app.state.pace = Pace(control)
     app.state.seats = stream.Seats(settings.max_streams)
     app.state.metrics, app.state.stream_clients = new_registry(context)
     problems.install(app)

@@ -37,6 +37,11 @@ class Catalog:
             while len(self._missions) > KEPT:
                 self._missions.pop(next(iter(self._missions)))
 
+    def at_hand(self, campaign_id: str) -> bool:
+        """Its mission is in memory: nothing of it has to be read from the store."""
+        with self._lock:
+            return campaign_id in self._missions
+
     def static(self, campaign_id: str) -> CampaignStatic | None:
         """What does not change, or None for a campaign that is not in the store."""
         mission = self._find(campaign_id)

@@ -9,6 +9,7 @@ from fastapi import Depends, Request
 from gcs.api.auth import Actor, actor_of
 from gcs.api.catalog import Catalog
 from gcs.api.live_users import LiveCampaigns
+from gcs.api.remembered import Remembered
 from gcs.api.settings import ApiSettings
 from gcs.forecast.dry_runs import DryRuns
 from gcs.ports import Event, FlightControl, Severity
@@ -27,12 +28,14 @@ class ApiContext:
     settings: ApiSettings
     live: LiveCampaigns
     catalog: Catalog = field(init=False)
+    remembered: Remembered = field(init=False)
     dry_runs: DryRuns = field(default_factory=DryRuns)
     order_workers: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(ORDER_WORKERS))
     stream_workers: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(STREAM_WORKERS))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "catalog", Catalog(self.store.campaigns))
+        object.__setattr__(self, "remembered", Remembered(lambda: self.store.commits.count))
 
     def audit(self, actor: str, kind: str, message: str, *, severity: Severity = Severity.INFO, **where: Any) -> None:
         """Who asked for what stands in the log before anything comes of it."""

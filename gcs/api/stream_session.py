@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol, cast
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from gcs.api.auth import Actor
 from gcs.api.deltas import delta, plans_told, told
@@ -27,6 +27,7 @@ from gcs.api.schemas import (
     Subscribe,
     Topic,
     UserView,
+    VehicleView,
 )
 from gcs.api.views import event_message, plan_views, snapshot_message, user_views
 from gcs.ports import FlightControl, FlightSnapshot, UavPlan
@@ -35,6 +36,7 @@ from policy.world.frames import LocalFrame
 
 BACKLOG = 100  # events that a new client gets of what was before
 MAX_EVENTS = 200  # a step
+VEHICLES: TypeAdapter[list[VehicleView]] = TypeAdapter(list[VehicleView])
 
 
 class Statics(Protocol):
@@ -45,6 +47,8 @@ class Statics(Protocol):
     def frame(self, campaign_id: str) -> LocalFrame | None: ...
 
     def battery_j(self, campaign_id: str) -> float | None: ...
+
+    def at_hand(self, campaign_id: str) -> bool: ...
 
 
 class Plans:
@@ -67,6 +71,7 @@ class Tick:
     users: list[UserView]
     plans: Plans
     _text: str | None = None
+    _vehicles_json: bytes | None = None
     _told: dict[str, Any] | None = None
     _changes: dict[int, tuple[dict[str, Any], str]] = field(default_factory=dict)  # by the identity of what was before
     _lock: threading.Lock = field(default_factory=threading.Lock)
@@ -77,6 +82,13 @@ class Tick:
         with self._lock:
             self._text = self._text or _json(self.message)
             return self._text
+
+    @property
+    def vehicles_json(self) -> bytes:
+        """The vehicles alone, as JSON."""
+        with self._lock:
+            self._vehicles_json = self._vehicles_json or VEHICLES.dump_json(self.message.vehicles)
+            return self._vehicles_json
 
     @property
     def told(self) -> dict[str, Any]:
@@ -107,16 +119,24 @@ class SnapshotSource:
         self._newest: tuple[FlightSnapshot, bool, Tick] | None = None
         self._plans = Plans(())
 
+    def at_hand(self) -> bool:
+        """:meth:`newest` would wait for nothing: the campaign's mission need not be read from the store."""
+        campaign = self._control.snapshot().campaign
+        return campaign is None or self._statics.at_hand(campaign.campaign_id)
+
     def newest(self) -> Tick:
         """The message without users, and the users to add for who has not had them."""
         snapshot, healthy = self._control.snapshot(), self._control.healthy()
+        campaign = snapshot.campaign
+        known = self._newest
+        if known is not None and known[0] is snapshot and known[1] == healthy:
+            return known[2]
+        frame = None if campaign is None else self._statics.frame(campaign.campaign_id)  # may wait: not with the lock
+        battery_j = None if campaign is None else self._statics.battery_j(campaign.campaign_id)
         with self._lock:
             newest = self._newest
             if newest is not None and newest[0] is snapshot and newest[1] == healthy:
                 return newest[2]
-            campaign = snapshot.campaign
-            frame = None if campaign is None else self._statics.frame(campaign.campaign_id)
-            battery_j = None if campaign is None else self._statics.battery_j(campaign.campaign_id)
             verdicts = self._tail.verdicts()
             if campaign is not None and campaign.plans != self._plans.plans:
                 self._plans = Plans(campaign.plans)
@@ -176,12 +196,15 @@ class StreamSession:
             return _json(ProblemMessage(detail=f"{where[:100]}: {first['msg']}"))
         return None
 
-    def step(self) -> Iterator[str]:
+    def at_hand(self) -> bool:
+        """:meth:`step` would wait for nothing."""
+        return not self._wants("snapshot") or self.source.at_hand()
+
+    def step(self) -> list[str]:
         """What is to be said now."""
-        if self._wants("snapshot"):
-            yield from self._snapshot()
-        if self._wants("events"):
-            yield from self._events()
+        snapshot = self._snapshot() if self._wants("snapshot") else ()
+        events = self._events() if self._wants("events") else ()
+        return [*snapshot, *events]
 
     def _wants(self, topic: Topic) -> bool:
         return topic in self.wish.topics

@@ -28,12 +28,12 @@ from gcs.config import ConfigError, ServerConfig, load_config
 from gcs.links.opening import open_link
 from gcs.links.transport import LinkError
 from gcs.ports import FlightControl
+from gcs.right_of_way import RightOfWay
 from gcs.store.engine import StoreError
 from gcs.store.housekeeper import Housekeeper
 from gcs.store.store import Store, using_store
 
 PROGRAM = "gcs serve"
-SWITCH_S = 0.001  # how long a busy thread keeps the interpreter from the flight; Python's own 5 ms add up over a tick
 ERRORS = (ConfigError, StoreError, ListenError, LinkError)
 
 
@@ -127,9 +127,8 @@ def _flight(config: ServerConfig, store: Store, live: LiveCampaigns) -> Iterator
     clock = RealClock(config.server.speedup)
     link = open_link(config.drones, config.link.library, signing_key=config.link.signing_key, clock=clock.now_s)
     link.flush(clock.now_s())  # a heartbeat: vehicles answer where they hear us, while the rules are being loaded
-    loop = make_loop(clock, link, store.journal, prepare)
+    loop = make_loop(RightOfWay(clock), link, store.journal, prepare)
     Restart(store, loop, clock, prepare, config.server.speedup, live.bring_back).run()
-    sys.setswitchinterval(SWITCH_S)
     leave_what_is_loaded()
     thread = threading.Thread(target=loop.run, name="flight", daemon=True)
     thread.start()

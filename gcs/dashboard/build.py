@@ -2,7 +2,7 @@
 
 Uses npm where Node.js is new enough for Vite; elsewhere fetches Node.js as a Python package into a virtual environment
 of its own (``.build/node``), so that a machine with nothing but Python can build the page. Does nothing when the page
-is newer than its sources. ``--test`` also runs the page's unit tests.
+is newer than its sources. ``--test`` also runs the page's unit tests, ``--audit`` looks up known holes of its packages.
 """
 
 import argparse
@@ -139,9 +139,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Build the operator's page into gcs/dashboard/dist.")
     parser.add_argument("--force", action="store_true", help="build even when the page is newer than its sources")
     parser.add_argument("--test", action="store_true", help="also run the page's unit tests")
+    parser.add_argument("--audit", action="store_true", help="also look up known holes of its packages (Internet)")
     options = parser.parse_args(arguments)
     wanted = options.force or not is_fresh()
-    if not wanted and not options.test:
+    if not (wanted or options.test or options.audit):
         return 0
     LOG.unlink(missing_ok=True)
     try:
@@ -152,6 +153,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             build(tools)
         if options.test:
             tools.run("test")
+        if options.audit:
+            tools.run("audit", "--audit-level=low")
     except BuildError as error:
         say(str(error))
         return 1

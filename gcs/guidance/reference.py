@@ -20,33 +20,36 @@ class Point:
     vel_north_mps: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SlotReference:
-    """One UAV's slot, sampled evenly. After its end the last velocity goes on: a slot never ends at rest."""
+    """One UAV's slot, sampled evenly. After its end the last velocity goes on: a slot never ends at rest.
+
+    ``samples`` [K, 4]: a :class:`Point`'s fields. As an array, because most are looked at once or never: objects for
+    all of a hundred UAVs' took half a tick at the beginning of a slot.
+    """
 
     start_s: float
     step_s: float
-    points: tuple[Point, ...]
+    samples: FloatArray
 
     def at(self, now_s: float) -> Point:
         """The reference at ``now_s``; before the start it is the start."""
-        place = (now_s - self.start_s) / self.step_s
-        last = len(self.points) - 1
-        if place >= last:
-            return _onward(self.points[last], (place - last) * self.step_s)
-        if place <= 0.0:
-            return self.points[0]
-        low = int(place)
-        return _between(self.points[low], self.points[low + 1], place - low)
+        last = len(self.samples) - 1
+        place = min(max((now_s - self.start_s) / self.step_s, 0.0), float(last))
+        low = min(int(place), last - 1)
+        before, after = self.samples[low : low + 2].tolist()
+        point = _between(before, after, place - low)
+        beyond_s = now_s - (self.start_s + last * self.step_s)
+        return point if beyond_s <= 0.0 else _onward(point, beyond_s)
 
     def delayed(self, delay_s: float) -> "SlotReference":
         """The same path flown later, after a pause."""
-        return SlotReference(self.start_s + delay_s, self.step_s, self.points)
+        return SlotReference(self.start_s + delay_s, self.step_s, self.samples)
 
     def outline(self, count: int = 6) -> tuple[tuple[float, float], ...]:
         """A few points from start to end, for the map."""
-        picks = np.linspace(0, len(self.points) - 1, count).round().astype(int)
-        return tuple((self.points[i].east_m, self.points[i].north_m) for i in picks)
+        picks = np.linspace(0, len(self.samples) - 1, count).round().astype(int)
+        return tuple((east_m, north_m) for east_m, north_m in self.samples[picks, :2].tolist())
 
 
 def slot_references(
@@ -68,19 +71,14 @@ def slot_references(
     start, goal = vel_mps[:, None, :], vel_command_mps[:, None, :]
     end = None if vel_end_mps is None else vel_end_mps[:, None, :]
     way_m, velocities_mps = slot_motion(start, goal, end, max_accel_mps2, slot_s, times_s)
-    rows = np.concatenate((pos_m[:, None, :] + way_m, velocities_mps), axis=-1).tolist()
-    step_s = slot_s / (samples - 1)
-    return tuple(SlotReference(start_s, step_s, tuple(Point(*row) for row in uav)) for uav in rows)
+    points = np.concatenate((pos_m[:, None, :] + way_m, velocities_mps), axis=-1)
+    points.flags.writeable = False
+    return tuple(SlotReference(start_s, slot_s / (samples - 1), uav) for uav in points)
 
 
-def _between(low: Point, high: Point, share: float) -> Point:
+def _between(low: list[float], high: list[float], share: float) -> Point:
     rest = 1.0 - share
-    return Point(
-        rest * low.east_m + share * high.east_m,
-        rest * low.north_m + share * high.north_m,
-        rest * low.vel_east_mps + share * high.vel_east_mps,
-        rest * low.vel_north_mps + share * high.vel_north_mps,
-    )
+    return Point(*(rest * before + share * after for before, after in zip(low, high, strict=True)))
 
 
 def _onward(end: Point, after_s: float) -> Point:

@@ -92,18 +92,18 @@ class HeldDatagrams(Datagrams):
         data_at = ctypes.addressof((ctypes.c_char * len(self._data)).from_buffer(self._data))
         names_at = ctypes.addressof((ctypes.c_char * len(self._names)).from_buffer(self._names))
         self._pieces = [_Piece(data_at + i * MAX_BYTES, MAX_BYTES) for i in range(AT_ONCE)]
-        self._fresh = (_Header * AT_ONCE)(
+        self._headers = (_Header * AT_ONCE)(
             *(
                 _Header(_Message(names_at + i * _ADDRESS_BYTES, _ADDRESS_BYTES, ctypes.pointer(piece), 1))
                 for i, piece in enumerate(self._pieces)
             )
         )
-        self._headers = (_Header * AT_ONCE)()
-        self._headers_at, self._fresh_at = ctypes.addressof(self._headers), ctypes.addressof(self._fresh)
+        self._fresh, self._headers_at = bytes(self._headers), ctypes.addressof(self._headers)
+        self._headers_view = memoryview(self._headers).cast("B")
 
     def receive(self) -> list[tuple[bytes, Peer]]:
         """As :meth:`Datagrams.receive`."""
-        ctypes.memmove(self._headers_at, self._fresh_at, ctypes.sizeof(self._fresh))
+        self._headers_view[:] = self._fresh  # not ctypes.memmove, which lets go of the interpreter
         count = self._recvmmsg(self._socket.fileno(), self._headers_at, AT_ONCE, socket.MSG_DONTWAIT, None)
         if count < 0:
             if ctypes.get_errno() in _EMPTY:

@@ -126,8 +126,8 @@ class SafetyGate:
 
     def _still_acting(self, tracks: Sequence[UavTrack]) -> tuple[FloatArray, IntArray, FloatArray]:
         """What each vehicle may be obeying: all that it was sent since a reaction time before it was seen last."""
-        told, tolds = np.zeros((len(tracks), rules.TOLD_MOST, 3)), np.ones(len(tracks), np.int64)
-        climbs = np.zeros((len(tracks), 2))
+        told, tolds = _zeros(len(tracks), rules.TOLD_MOST, 3), np.ones(len(tracks), np.int64)
+        climbs = _zeros(len(tracks), 2)
         for row, track in enumerate(tracks):
             sent = self._sent.get(track.system_id)
             if sent is None:
@@ -163,6 +163,11 @@ def compile_rules() -> None:
     acting_climbs(at[:, 3:].copy(), climbs[0])
     wish, sides = at[:, 3:].copy(), np.zeros((1, 2))
     rules.judge_fleet(at, told, tolds, climbs, wish, sides, envelope.bounds(), edges, starts)
+
+
+def _zeros(*shape: int) -> FloatArray:
+    """As ``np.zeros``, which lets go of the interpreter for more than a kilobyte, and others would take it."""
+    return np.frombuffer(bytearray(8 * math.prod(shape))).reshape(shape)
 
 
 def _why_held(wish: Wish) -> str:

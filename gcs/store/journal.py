@@ -25,6 +25,7 @@ from sqlalchemy.exc import (
 from sqlalchemy.orm import Session
 
 from gcs.ports import Checkpoint, DecisionRecord, Event, SetpointSummary, Severity, SlotRecord, TelemetrySample
+from gcs.right_of_way import giving_way
 from gcs.store.entries import (
     CheckpointEntry,
     DecisionEntry,
@@ -125,7 +126,8 @@ class StoreJournal:
             wanted = self._queued
             if self._error or self._late_told:
                 return False
-            done = self._changed.wait_for(lambda: self._finished >= wanted or bool(self._error), timeout_s)
+            with giving_way():
+                done = self._changed.wait_for(lambda: self._finished >= wanted or bool(self._error), timeout_s)
             late = not done and not self._late_told
             self._late_told = self._late_told or late
         if late:

@@ -8,6 +8,7 @@ from sqlalchemy import Engine
 
 from gcs.store.answers import Answers
 from gcs.store.campaigns import Campaigns
+from gcs.store.commits import Commits
 from gcs.store.engine import open_engine
 from gcs.store.event_tail import EventTail
 from gcs.store.journal import StoreJournal
@@ -33,6 +34,7 @@ class Store:
     uploads: Uploads
     answers: Answers
     keys: Keys
+    commits: Commits
 
     def close(self) -> bool:
         """Write what is queued, stop the journal; False when records had to be left behind."""
@@ -63,6 +65,7 @@ def open_store(url: str) -> Store:
         uploads=Uploads(engine),
         answers=Answers(engine),
         keys=Keys(engine),
+        commits=Commits(engine),
     )
 
 

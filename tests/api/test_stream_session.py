@@ -35,6 +35,9 @@ class OneMission:
     def battery_j(self, campaign_id: str) -> float | None:
         return self.mission.scenario.battery_j
 
+    def at_hand(self, campaign_id: str) -> bool:
+        return True
+
 
 class Client:
     """A session and what it depends on."""

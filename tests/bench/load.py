@@ -16,7 +16,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -124,7 +124,8 @@ class StampingRelay(Relay):
     def __init__(self, targets: list[int]) -> None:
         super().__init__(targets)
         self.received = 0
-        self.left_s: dict[tuple[int, int], float] = {}
+        self.left_s: dict[tuple[int, int], list[float]] = {}  # of a place: each time that the drone came to it
+        self._place: tuple[int, int] | None = None
         self.booted_s: list[tuple[float, float]] = []  # our time, and the first drone's own since boot
 
     def note(self, index: int, data: bytes, *, from_server: bool) -> None:
@@ -135,7 +136,10 @@ class StampingRelay(Relay):
         self.received += 1
         if index == 0 and len(data) > 26 and data[0] == 0xFD and int.from_bytes(data[7:10], "little") == POSITION_ID:
             now_s = time.perf_counter()
-            self.left_s.setdefault(struct.unpack_from("<ii", data, 14), now_s)
+            place = struct.unpack_from("<ii", data, 14)
+            if place != self._place:
+                self.left_s.setdefault(place, []).append(now_s)
+                self._place = place
             self.booted_s.append((now_s, struct.unpack_from("<I", data, 10)[0] / 1e3))
 
     def pace(self, since_s: float) -> float:
@@ -145,13 +149,12 @@ class StampingRelay(Relay):
 
     def ages_s(self, positions: list[tuple[float, float, float]]) -> list[float]:
         """How old each position (receipt, latitude, longitude) was when a page had it."""
-        left = {
-            place: self.left_s.get(place)
-            for place in {(round(lat * 1e7), round(lon * 1e7)) for _, lat, lon in positions}
-        }
-        return [
-            at - since for at, lat, lon in positions if (since := left[round(lat * 1e7), round(lon * 1e7)]) is not None
-        ]
+        ages_s = []
+        for at_s, lat, lon in positions:
+            before = [left_s for left_s in self.left_s.get((round(lat * 1e7), round(lon * 1e7)), ()) if left_s <= at_s]
+            if before:  # a drone that hovers is at one place again and again: the newest time is meant
+                ages_s.append(at_s - before[-1])
+        return ages_s
 
 
 @contextmanager
@@ -262,9 +265,10 @@ def _dropped(pid: int) -> int:
     """Datagrams that the kernel threw away at this process's UDP sockets (last column of /proc/net/udp)."""
     inodes = set()
     for entry in Path(f"/proc/{pid}/fd").iterdir():
-        target = str(entry.readlink())
-        if target.startswith("socket:["):
-            inodes.add(target[8:-1])
+        with suppress(FileNotFoundError):  # closed since it was listed
+            target = str(entry.readlink())
+            if target.startswith("socket:["):
+                inodes.add(target[8:-1])
     rows = [line.split() for line in Path(f"/proc/{pid}/net/udp").read_text(encoding="ascii").splitlines()[1:]]
     return sum(int(row[-1]) for row in rows if row[9] in inodes)
 

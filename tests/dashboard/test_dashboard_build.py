@@ -69,6 +69,20 @@ def test_a_failure_is_one_line_that_says_what_and_where(build: ModuleType):
     assert "\n" not in str(failure.value)
 
 
+@pytest.mark.parametrize("holes", [0, 1])
+def test_known_holes_are_looked_up_and_one_is_a_failure(
+    build: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, holes: int
+):
+    npm, said = tmp_path / "npm", tmp_path / "said"
+    npm.write_text(f'#!/bin/sh\necho "$@" >> {said}\n[ "$1" != audit ] || exit {holes}\n')
+    npm.chmod(0o755)
+    monkeypatch.setattr(build, "find_toolchain", lambda: build.Toolchain(npm, tmp_path))
+    monkeypatch.setattr(build, "is_fresh", lambda: True)
+    build.NODE_MODULES.mkdir()
+    assert build.main(["--audit"]) == holes
+    assert said.read_text().splitlines()[-1] == "audit --audit-level=low"
+
+
 def test_the_lock_file_names_no_registry():
     packages = json.loads((PAGE / "package-lock.json").read_text("utf-8"))["packages"]
     assert not [name for name, entry in packages.items() if "resolved" in entry]

@@ -82,6 +82,18 @@ def test_a_large_fleet_is_sent_to_in_bursts_within_the_tick() -> None:
     assert starts[-1] < TICK_S
 
 
+def test_who_watches_does_not_wait_for_the_setpoints_of_a_large_fleet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They leave over most of a tick; the places that they were worked out from are told before."""
+    clock, journal = JumpyClock([]), MemoryJournal()
+    fleet = FakeFleet(FRAME, [FakeVehicle(i + 1, 0.0, 0.0) for i in range(35)])
+    loop = FlightLoop(clock, fleet, Crowd(fleet, journal, 35), journal)
+    told: list[int] = []
+    send = fleet.send
+    monkeypatch.setattr(fleet, "send", lambda safe, now_s: (told.append(loop.snapshot().tick), send(safe, now_s)))
+    loop.tick(), loop.tick()
+    assert told == [1] * 35 + [2] * 35
+
+
 def test_a_command_ends_with_the_vehicles_own_verdict() -> None:
     loop, _fleet, journal = loop_of(JumpyClock([]))
     loop.tick()

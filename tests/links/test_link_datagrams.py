@@ -2,6 +2,8 @@
 
 import socket
 import sys
+import threading
+import time
 from collections.abc import Iterator
 
 import pytest
@@ -85,3 +87,32 @@ def test_nobody_listening_is_told_once_and_the_socket_goes_on(
 
 def test_linux_gets_the_calls_that_keep_hold_of_the_interpreter(pair: tuple[socket.socket, socket.socket]) -> None:
     assert isinstance(datagrams_of(pair[0]), HeldDatagrams) == (sys.platform == "linux")
+
+
+@pytest.mark.parametrize("kind", KINDS[1:])  # the socket's own methods let go
+def test_nobody_takes_the_interpreter_from_who_reads_and_sends(
+    kind: type[Datagrams], pair: tuple[socket.socket, socket.socket]
+) -> None:
+    """A thread that waits for the interpreter gets it where a call lets go of it, and keeps it for the interval."""
+    here, there, interval_s = kind(pair[0]), pair[0].getsockname(), sys.getswitchinterval()
+    stop, computed = threading.Event(), [0]
+
+    def compute() -> None:
+        while not stop.is_set():
+            computed[0] += 1
+
+    busy = threading.Thread(target=compute)
+    busy.start()
+    try:
+        sys.setswitchinterval(1.0)
+        time.sleep(0.001)  # from here on this thread has the interpreter
+        before = computed[0]
+        for _ in range(1_500):
+            here.send(b"x", there)
+            here.receive(), here.receive()
+        meanwhile = computed[0] - before
+    finally:
+        sys.setswitchinterval(interval_s)
+        stop.set()
+        busy.join()
+    assert meanwhile == 0

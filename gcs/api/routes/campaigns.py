@@ -2,7 +2,8 @@
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Path, Query
+from fastapi import APIRouter, Body, Path, Query, Response
+from pydantic import TypeAdapter
 from starlette.concurrency import run_in_threadpool
 
 from gcs.api.bodies import CampaignBrief, CampaignFull, PreflightLine, PreflightView, Taken
@@ -22,6 +23,8 @@ router = APIRouter(prefix="/campaigns", tags=["campaigns"])
 CampaignId = Annotated[str, Path(min_length=1, max_length=32, pattern="^[A-Za-z0-9_-]+$")]
 Document = Annotated[dict[str, Any], Body(openapi_examples={"by name": {"value": {"mission": "demo"}}})]
 
+BRIEFS: TypeAdapter[list[CampaignBrief]] = TypeAdapter(list[CampaignBrief])
+
 
 @router.post("", status_code=201)
 def create(body: Document, context: Context, who: Who) -> CampaignFull:
@@ -33,14 +36,23 @@ def create(body: Document, context: Context, who: Who) -> CampaignFull:
     return _full(context, record)
 
 
-@router.get("")
-def newest(
+@router.get("", response_model=list[CampaignBrief])
+async def newest(
     context: Context,
     limit: Annotated[int, Query(ge=1, le=500)] = 100,
     offset: Annotated[int, Query(ge=0, le=10**9)] = 0,
-) -> list[CampaignBrief]:
+) -> Response:
     """Newest first."""
-    return [CampaignBrief(**_common(context, record)) for record in context.store.campaigns.newest(limit, offset)]
+
+    def briefs() -> bytes:
+        found = context.store.campaigns.newest(limit, offset)
+        return BRIEFS.dump_json([CampaignBrief(**_common(context, record)) for record in found])
+
+    flown = context.control.snapshot().campaign
+    now = flown and (flown.campaign_id, flown.state, flown.slot, flown.reason, flown.metrics)
+    return Response(
+        await context.remembered.get(("campaigns", limit, offset, now), briefs), media_type="application/json"
+    )
 
 
 @router.get("/{campaign_id}")

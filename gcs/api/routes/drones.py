@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Request, Response
-from pydantic import TypeAdapter
+from starlette.concurrency import run_in_threadpool
 
 from gcs.api.bodies import CommandBody, Taken, VerdictBody
 from gcs.api.context import ApiContext, Context, Who
@@ -27,14 +27,12 @@ router = APIRouter(tags=["drones"])
 SystemId = Annotated[int, Path(ge=1, le=255)]
 
 
-VEHICLES: TypeAdapter[list[VehicleView]] = TypeAdapter(list[VehicleView])
-
-
 @router.get("/drones", response_model=list[VehicleView])
-def drones(request: Request) -> Response:
+async def drones(request: Request) -> Response:
     """Every vehicle ever heard, with the age of what is known."""
     source: SnapshotSource = request.app.state.snapshots
-    return Response(VEHICLES.dump_json(source.newest().message.vehicles), media_type="application/json")
+    tick = source.newest() if source.at_hand() else await run_in_threadpool(source.newest)
+    return Response(tick.vehicles_json, media_type="application/json")
 
 
 @router.get("/drones/{sysid}")

@@ -11,6 +11,7 @@ from starlette.websockets import WebSocketDisconnect, WebSocketState
 
 from gcs.api.auth import SUBPROTOCOL, actor_of
 from gcs.api.context import ApiContext
+from gcs.api.pace import Pace
 from gcs.api.problems import problem_response
 from gcs.api.rate_limit import Buckets
 from gcs.api.schemas import Subscribe, Topic
@@ -116,22 +117,19 @@ async def _listen(socket: WebSocket, session: StreamSession, changed: asyncio.Ev
 
 
 async def _tell(socket: WebSocket, session: StreamSession, changed: asyncio.Event) -> None:
-    """A new campaign's mission may have to be read from the store, so steps are made beside the event loop."""
+    """A step that has to read a new campaign's mission from the store is made beside the event loop, all others here.
+
+    A thread's turn and back cost more than the step, whose words are mostly made already (``Tick``).
+    """
     context: ApiContext = socket.app.state.context
+    pace: Pace = socket.app.state.pace
     await _send(socket, await run_sync(session.hello, limiter=context.stream_workers))
     while True:
         changed.clear()
-        for text in await run_sync(lambda: list(session.step()), limiter=context.stream_workers):
+        at_once = session.at_hand()
+        for text in session.step() if at_once else await run_sync(session.step, limiter=context.stream_workers):
             await _send(socket, text)
-        await _wait(changed, 1.0 / session.wish.rate_hz)
-
-
-async def _wait(changed: asyncio.Event, timeout_s: float) -> None:
-    try:
-        async with asyncio.timeout(timeout_s):
-            await changed.wait()
-    except TimeoutError:
-        return
+        await pace.turn(session.wish.rate_hz, changed)
 
 
 async def _send(socket: WebSocket, text: str) -> None:
