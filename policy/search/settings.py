@@ -59,7 +59,7 @@ def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
             )
         return SearchSettings(
             horizon_slots=12,
-            beam=12 if many else 64,
+            beam=12 if many else 32 if scenario.blocking_obstacles else 64,  # a move beside walls costs far more to try
             rebuilds=1 if many else 2,
             speed_shares=(0.55, 1.0),
             polish_sweeps=3 if many else 6,
