@@ -26,9 +26,10 @@ class UplinkMeter:
 
     def on_answer(self, vehicle_s: float, asked_s: float) -> None:
         """It got at ``vehicle_s``, its time, what we sent at ``asked_s``, ours."""
-        if self._got and vehicle_s < self._got[-1][0] - _REBOOT_BACKSTEP_S:
+        newest = self.reached_s is None or asked_s > self.reached_s  # an answer held back for seconds is no reboot
+        if newest and self._got and vehicle_s < self._got[-1][0] - _REBOOT_BACKSTEP_S:
             self._got, self.silences = [], ()  # it began anew, and so do its times
-        self.reached_s = asked_s if self.reached_s is None else max(self.reached_s, asked_s)
+        self.reached_s = asked_s if newest else self.reached_s
         late = bool(self._got) and vehicle_s < self._got[-1][0]
         gap_s = vehicle_s - self._got[-1][0] if self._got else 0.0
         self._got.insert(bisect_left(self._got, (vehicle_s, asked_s)), (vehicle_s, asked_s))

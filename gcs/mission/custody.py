@@ -18,9 +18,9 @@ from gcs.ports import CampaignState, FlightMode, VehicleStatus
 
 GAP_SHARE = 0.9  # of the vehicle's setpoint time-out: a link dead for so long may have ended its stream
 SILENCE_SHARE = 0.8  # the same by its own clock; time requests and setpoints do not leave and arrive at one moment
-UNKNOWN_SHARE = 0.5  # what it got in the last time-outs' half, beyond the usual delay, must be known to judge
+UNKNOWN_SHARE = 0.5  # the newest that it is known to have got was sent longer ago, the usual delay taken off: wait
 GAP_MEMORY_S = 6.0  # a mode change shows in a heartbeat, once a second, and heartbeats get lost too
-GAP_MARGIN_S = 1.5  # a gap ends no longer before the last heartbeat in our mode, which may have come late
+GAP_MARGIN_S = 1.5  # heartbeats come late: a gap that ended longer before the last one in our mode is no excuse
 SILENT_GIVE_UP_S = 60.0  # nothing heard for so long: it is not waited for any longer
 PILOTS_WORDS = "pilot took over"  # PX4 says so when sticks win (COM_RC_OVERRIDE)
 _OWN_WAY_DOWN = frozenset({FlightMode.RETURN, FlightMode.LAND})
@@ -93,12 +93,8 @@ def _timeout_s(status: VehicleStatus) -> float:
 
 def _silence(drone: Drone, now_s: float) -> DropOut | None:
     if drone.silent_s is None:
-        fallen = drone.status is not None and drone.status.mode_name in STREAM_LOST_MODES
-        words = (
-            f"it went to {drone.status.mode_name} and does not answer"
-            if fallen and drone.status
-            else "its link is dead"
-        )
+        mode = "" if drone.status is None else drone.status.mode_name
+        words = f"it went to {mode} and does not answer" if mode in STREAM_LOST_MODES else "its link is dead"
         return DropOut(Fate.SILENT, f"{words}; it is told to hold and waited for")
     if now_s - drone.silent_s <= SILENT_GIVE_UP_S:
         return None

@@ -50,6 +50,15 @@ def test_it_forgets_after_a_while_and_when_the_vehicle_begins_anew() -> None:
     assert made.reached_s == 3.1
 
 
+def test_an_answer_held_back_for_seconds_is_neither_a_reboot_nor_a_cut() -> None:
+    """By a router, say: taken for a reboot it would leave a gap of seconds before the next answer."""
+    made = meter(*((tenth / 10, tenth / 10) for tenth in range(10, 61) if tenth != 15))
+    made.on_answer(OFFSET_S + 1.5, 1.5)  # 4.5 s late
+    made.on_answer(OFFSET_S + 6.1, 6.1)
+    assert made.silences == ()
+    assert made.reached_s == 6.1
+
+
 @given(st.lists(st.integers(0, 23), min_size=2, unique=True))
 def test_the_order_of_the_answers_does_not_matter(eighths: list[int]) -> None:
     """Within three seconds: more reads as a new beginning. Eighths of a second are exact numbers."""
