@@ -6,7 +6,7 @@ by itself, so a joint action's probability is a product; the critic judges the t
 """
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import torch
 from torch import Tensor, nn
@@ -40,6 +40,9 @@ class AcktrSettings(LearnerSettings):
     explore_start: float = 1.0  # it always draws from its own policy: this only scales the entropy's weight
     explore_end: float = 0.0
     explore_share: float = 1.0
+
+    may_be_zero: ClassVar[frozenset[str]] = LearnerSettings.may_be_zero | {"trace", "entropy"}
+    shares: ClassVar[frozenset[str]] = LearnerSettings.shares | {"trace"}
 
 
 @dataclass

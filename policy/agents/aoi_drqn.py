@@ -6,9 +6,8 @@ returns, a dueling head, and the memory of the sequence's start kept beside it a
 (Kapturowski et al., R2D2, 2019). The team's value is the sum of its UAVs' (Sunehag et al., VDN, 2018).
 """
 
-import copy
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import torch
 from torch import Tensor, nn
@@ -18,13 +17,13 @@ from policy.agents.rivals.agent import LearnedAgent
 from policy.agents.rivals.apart import best_apart
 from policy.agents.rivals.learner import (
     NUM_ACTIONS,
-    Learner,
     LearnerSettings,
     best_legal,
     explore_legal,
     reward_scale,
 )
 from policy.agents.rivals.replay import Replay, n_step
+from policy.agents.rivals.value_learner import ValueLearner
 from policy.environments.field import NUM_FEATURES, features
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState
@@ -39,6 +38,8 @@ class DrqnSettings(LearnerSettings):
     sequence: int = 4
     batch_size: int = 48
     updates_per_slot: float = 0.5
+
+    may_be_zero: ClassVar[frozenset[str]] = LearnerSettings.may_be_zero | {"burn_in"}
 
 
 class DrqnNetwork(nn.Module):
@@ -60,7 +61,7 @@ class DrqnNetwork(nn.Module):
         return self.value(thought) + advantage - advantage.mean(-1, keepdim=True), memory
 
 
-class Drqn(Learner):
+class Drqn(ValueLearner):
     """Learns from windows of ``burn_in + sequence + n_step`` slots."""
 
     name = "aoi-drqn"
@@ -68,12 +69,8 @@ class Drqn(Learner):
     settings: DrqnSettings
 
     def __init__(self, settings: DrqnSettings, device: str = "cpu") -> None:
-        super().__init__(settings, device)
-        self.network = DrqnNetwork(settings.hidden).to(self.device)
-        self._target = copy.deepcopy(self.network).requires_grad_(requires_grad=False)
-        self._optimiser = torch.optim.Adam(self.network.parameters(), lr=settings.learning_rate, eps=1e-5)
+        super().__init__(DrqnNetwork(settings.hidden), settings, device)
         self._replay = Replay(settings.replay_slots)
-        self._updates = 0
 
     def begin(self, scenario: Scenario, batch: int) -> None:
         """Empty memories."""
@@ -100,15 +97,7 @@ class Drqn(Learner):
         """One step of Adam on a batch of sequences."""
         if len(self._replay) < self.settings.warmup_slots:
             return None
-        loss = self._loss()
-        self._optimiser.zero_grad(set_to_none=True)
-        loss.backward()  # type: ignore[no-untyped-call]
-        nn.utils.clip_grad_norm_(self.network.parameters(), 10.0)
-        self._optimiser.step()
-        self._updates += 1
-        if self._updates % self.settings.target_every == 0:
-            self._target.load_state_dict(self.network.state_dict())
-        return float(loss.detach())
+        return self._descend(self._loss())
 
     def _loss(self) -> Tensor:
         settings, replay = self.settings, self._replay
@@ -143,20 +132,6 @@ class Drqn(Learner):
                 q, memory = network(seen[slot].flatten(0, 1), memory)
             answers.append(q.reshape(*shape, NUM_ACTIONS))
         return torch.stack(answers)
-
-    def optimiser_state(self) -> dict[str, Any]:
-        """Adam's moments and the target network."""
-        return {
-            "optimiser": self._optimiser.state_dict(),
-            "target": self._target.state_dict(),
-            "updates": self._updates,
-        }
-
-    def restore_optimiser(self, state: dict[str, Any]) -> None:
-        """As saved."""
-        self._optimiser.load_state_dict(state["optimiser"])
-        self._target.load_state_dict(state["target"])
-        self._updates = int(state["updates"])
 
 
 class AoiDrqnAgent(LearnedAgent):

@@ -6,10 +6,9 @@ replay, n-step returns, double estimator, dueling head. Each UAV looks at an ima
 all; the team's quantiles are the sums of its UAVs' (Sun et al., DFAC, 2021), so 9^U joint actions are never listed.
 """
 
-import copy
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
 import torch
 from torch import Tensor, nn
@@ -19,13 +18,13 @@ from policy.agents.rivals.agent import LearnedAgent
 from policy.agents.rivals.apart import best_apart
 from policy.agents.rivals.learner import (
     NUM_ACTIONS,
-    Learner,
     LearnerSettings,
     best_legal,
     explore_legal,
     reward_scale,
 )
 from policy.agents.rivals.replay import Replay, Window, n_step
+from policy.agents.rivals.value_learner import ValueLearner
 from policy.environments.field import AOI_UNIT, OWN_FEATURES, own_features
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState
@@ -50,6 +49,8 @@ class FreshMcsSettings(LearnerSettings):
     alpha: float = 0.5
     n_step: int = 5
     updates_per_slot: float = 2.0
+
+    may_be_zero: ClassVar[frozenset[str]] = LearnerSettings.may_be_zero | {"alpha"}
 
 
 class FreshMcsNetwork(nn.Module):
@@ -82,7 +83,7 @@ class FreshMcsNetwork(nn.Module):
         return quantiles
 
 
-class DrlFreshMcs(Learner):
+class DrlFreshMcs(ValueLearner):
     """Remembers places and ages, and draws their images anew when they are learned from."""
 
     name = "drl-freshmcs"
@@ -90,12 +91,8 @@ class DrlFreshMcs(Learner):
     settings: FreshMcsSettings
 
     def __init__(self, settings: FreshMcsSettings, device: str = "cpu") -> None:
-        super().__init__(settings, device)
-        self.network = FreshMcsNetwork(settings.hidden, settings.cosines).to(self.device)
-        self._target = copy.deepcopy(self.network).requires_grad_(requires_grad=False)
-        self._optimiser = torch.optim.Adam(self.network.parameters(), lr=settings.learning_rate, eps=1e-5)
+        super().__init__(FreshMcsNetwork(settings.hidden, settings.cosines), settings, device)
         self._replay = Replay(settings.replay_slots, alpha=settings.alpha)
-        self._updates = 0
 
     def begin(self, scenario: Scenario, batch: int) -> None:
         """The image's scale."""
@@ -130,16 +127,8 @@ class DrlFreshMcs(Learner):
             return None
         window = self._replay.draw(self.settings.batch_size, self.settings.n_step)
         error = self._errors(window)
-        loss = (window.weight * error).mean()
-        self._optimiser.zero_grad(set_to_none=True)
-        loss.backward()  # type: ignore[no-untyped-call]
-        nn.utils.clip_grad_norm_(self.network.parameters(), 10.0)
-        self._optimiser.step()
         self._replay.prioritise(window, error)
-        self._updates += 1
-        if self._updates % self.settings.target_every == 0:
-            self._target.load_state_dict(self.network.state_dict())
-        return float(loss.detach())
+        return self._descend((window.weight * error).mean())
 
     def _errors(self, window: Window) -> Tensor:
         """Quantile Huber loss of each draw [N]."""
@@ -182,20 +171,6 @@ class DrlFreshMcs(Learner):
         """Of the chosen actions, summed over UAVs: [N, U, K, 9], [N, U] -> [N, K]."""
         index = actions[:, :, None, None].expand(-1, -1, quantiles.shape[2], 1)
         return quantiles.gather(-1, index)[..., 0].sum(1)
-
-    def optimiser_state(self) -> dict[str, Any]:
-        """Adam's moments and the target network."""
-        return {
-            "optimiser": self._optimiser.state_dict(),
-            "target": self._target.state_dict(),
-            "updates": self._updates,
-        }
-
-    def restore_optimiser(self, state: dict[str, Any]) -> None:
-        """As saved."""
-        self._optimiser.load_state_dict(state["optimiser"])
-        self._target.load_state_dict(state["target"])
-        self._updates = int(state["updates"])
 
 
 def draw_images(scenario: Scenario, place_m: Tensor, users_m: Tensor, age_slots: Tensor) -> Tensor:

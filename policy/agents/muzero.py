@@ -7,7 +7,7 @@ one part for each UAV, and the parts see each other's mean.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import torch
 from torch import Tensor, nn
@@ -44,6 +44,15 @@ class MuzeroSettings(LearnerSettings):
     updates_per_slot: float = 2.0
     explore_start: float = 1.0
     explore_end: float = 0.0
+
+    may_be_zero: ClassVar[frozenset[str]] = LearnerSettings.may_be_zero | {
+        "noise_share",
+        "temperature",
+        "reanalysed",
+        "value_weight",
+        "weight_decay",
+    }
+    shares: ClassVar[frozenset[str]] = LearnerSettings.shares | {"noise_share"}
 
 
 class MuzeroNetwork(nn.Module):

@@ -129,6 +129,15 @@ def test_settings_travel_with_the_weights(tmp_path):
     assert loaded.settings.hidden == 24
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_settings_that_cannot_be_learned_with_are_refused(name):
+    kind = agent_type(name).learner_type.settings_type
+    for change in ({"batch_size": 0}, {"learning_rate": 0.0}, {"n_step": -1}, {"gamma": 1.5}, {"warmup_slots": -1}):
+        with pytest.raises(ValueError, match=next(iter(change))):
+            kind(**change)
+    assert kind(warmup_slots=0, explore_end=0.0, gamma=1.0).warmup_slots == 0
+
+
 def test_without_torch_a_rival_says_what_to_install(monkeypatch):
     for module in [m for m in sys.modules if m.startswith(("policy.agents.muzero", "policy.agents.rivals"))]:
         monkeypatch.delitem(sys.modules, module)

@@ -6,7 +6,7 @@ product (policies) of these answers, so that one network flies any number of UAV
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any, ClassVar
 
 import torch
@@ -22,7 +22,7 @@ NUM_ACTIONS = 9
 
 @dataclass(frozen=True)
 class LearnerSettings:
-    """What every rival has; each adds its own."""
+    """What every rival has; each adds its own. ValueError for what cannot be learned with."""
 
     campaigns: int = 64  # flown at once
     learning_rate: float = 5e-4
@@ -36,6 +36,18 @@ class LearnerSettings:
     explore_start: float = 1.0  # share of actions drawn at random, falling linearly ...
     explore_end: float = 0.05
     explore_share: float = 0.4  # ... within this share of the training
+
+    may_be_zero: ClassVar[frozenset[str]] = frozenset({"warmup_slots", "explore_start", "explore_end", "explore_share"})
+    shares: ClassVar[frozenset[str]] = frozenset({"gamma", "explore_start", "explore_end", "explore_share"})
+
+    def __post_init__(self) -> None:
+        """Every number is positive, but for those named above: these may be 0, or are at most 1."""
+        for name in (field.name for field in fields(self)):
+            value, zero_ok = getattr(self, name), name in self.may_be_zero
+            if value < 0 or (value == 0 and not zero_ok):
+                raise ValueError(f"{name} must be {'0 or more' if zero_ok else 'positive'}, not {value}")
+            if name in self.shares and value > 1:
+                raise ValueError(f"{name} is a share and must be at most 1, not {value}")
 
     def to_json(self) -> dict[str, Any]:
         """For the checkpoint and its card."""
