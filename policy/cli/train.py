@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from policy.agents.registry import LEARNED, RIVALS, agent_type, check_name
 from policy.cli.arguments import CommandError, number, whole
+from policy.cli.changes import changed
 from policy.cli.display import training_bar
 from policy.cli.episodes import Sampler, episode_sampler
 from policy.cli.stopping import stop_signals
@@ -25,8 +26,10 @@ if TYPE_CHECKING:
 EPISODES = {"gcrl": 500, **dict.fromkeys(RIVALS, 2000)}
 """By default: the paper's for gcrl, which asks much of each; four times that for each rival."""
 
-
 PHYSICS = ("ideal", "mock")
+
+OPTIONS = ("episodes", "seed")
+"""Numbers of gcrl's settings that have an option of their own."""
 
 
 def add_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -45,6 +48,14 @@ def add_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.add_argument("--device", default="cpu", metavar="NAME", help="of the networks: cpu or cuda (default: cpu)")
     parser.add_argument(
         "--physics", choices=PHYSICS, default="ideal", help="gcrl: the paper's motion (default), or the mock's vehicles"
+    )
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        dest="changes",
+        metavar="NAME=VALUE",
+        help="another value of a number in the method's settings, such as n_step=3; may be given several times",
     )
     parser.add_argument("--resume", action="store_true", help="go on from the last checkpoint in DIR")
     parser.set_defaults(run=run)
@@ -84,9 +95,8 @@ def _train_gcrl(
         show(progress.episode, progress.mean_score)
         _log(progress)
 
-    settings = TrainSettings(
-        episodes=episodes, seed=options.seed, device=options.device, physics=options.physics
-    ).shortened()
+    usual = TrainSettings(episodes=episodes, seed=options.seed, device=options.device, physics=options.physics)
+    settings = changed(usual.shortened(), options.changes, keep=OPTIONS)
     with stop_signals() as stop:
         train(
             scenario,
@@ -122,7 +132,7 @@ def _train_rival(
 
     torch.manual_seed(options.seed)
     kind = agent_type(options.policy).learner_type
-    learner = kind(kind.settings_type(), options.device)
+    learner = kind(changed(kind.settings_type(), options.changes), options.device)
     settings = RivalTraining(episodes=episodes, seed=options.seed, mission=mission.name, device=options.device)
     train_rival(learner, sampler, settings, options.out, resume=options.resume, progress=report)
 

@@ -21,7 +21,7 @@ from policy.model.files import write_atomically
 from policy.training.campaign_draws import Sampler, draw_campaigns
 from policy.training.rival_card import write_rival_card
 from policy.training.rival_settings import RivalProgress, RivalTraining
-from policy.training.settings import TrainingError
+from policy.training.settings import TrainingError, check_same
 
 STATE = "training_state.pt"
 TEST_SEED = 7_654_321
@@ -143,6 +143,7 @@ class _Run:
         buffer = io.BytesIO()
         state = {
             "method": self._learner.name,
+            "settings": self._learner.settings.to_json(),
             "network": self._learner.network.state_dict(),
             "optimiser": self._learner.optimiser_state(),
             "round": self._round,
@@ -166,6 +167,7 @@ class _Run:
             state = torch.load(path, map_location=self._settings.device, weights_only=True)
             if state["method"] != self._learner.name:
                 raise TrainingError(f'{path}: is of "{state["method"]}"; resume it with --policy {state["method"]}')
+            check_same(path, state["settings"], self._learner.settings.to_json())
             self._learner.network.load_state_dict(state["network"])
             self._learner.restore_optimiser(state["optimiser"])
             self._round, self._updates, self._best = int(state["round"]), int(state["updates"]), float(state["best"])

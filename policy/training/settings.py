@@ -1,6 +1,8 @@
 """What a training run is told, what it tells, and how it fails."""
 
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from policy.model.spec import ModelSpec
@@ -85,3 +87,13 @@ class TrainProgress:
     value_loss: float  # Eq. 16; NaN before the first update
     prediction_loss: float  # Eq. 15
     eta_s: float  # seconds left, by the pace so far
+
+
+def check_same(
+    path: Path, saved: Mapping[str, Any], wanted: Mapping[str, Any], may_differ: Collection[str] = ()
+) -> None:
+    """Raise TrainingError where a run that is to go on from ``path`` was begun with other settings."""
+    different = [k for k in wanted if k not in may_differ and saved.get(k) != wanted[k]]
+    if different:
+        told = ", ".join(f"{k} {saved.get(k)} instead of {wanted[k]}" for k in different)
+        raise TrainingError(f"{path}: was trained with {told}; resume with the same settings or start anew")

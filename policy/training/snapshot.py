@@ -6,14 +6,13 @@ Randomness needs no saving: every episode draws from generators seeded by the ru
 import io
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import torch
 
 from policy.model.files import write_atomically
 from policy.training.learner import Learner
 from policy.training.replay import Episode, Replay
-from policy.training.settings import TrainingError, TrainSettings
+from policy.training.settings import TrainingError, TrainSettings, check_same
 
 FILE = "training_state.pt"
 MAY_DIFFER = ("device", "threads", "checkpoint_every")
@@ -38,7 +37,7 @@ def load_snapshot(path: Path, settings: TrainSettings, learner: Learner, replay:
         raise TrainingError(f"{path}: nothing to resume; start without --resume")
     try:
         content = torch.load(path, map_location=settings.device, weights_only=True)
-        _check(path, content["settings"], settings.to_json())
+        check_same(path, content["settings"], settings.to_json(), MAY_DIFFER)
         learner.restore(content["learner"])
         for episode in content["episodes"]:
             replay.add(Episode(**{name: tensor.cpu().numpy() for name, tensor in episode.items()}))
@@ -48,10 +47,3 @@ def load_snapshot(path: Path, settings: TrainSettings, learner: Learner, replay:
             raise
         line = " ".join(str(error).split())[:160]
         raise TrainingError(f"{path}: cannot be resumed from ({line}); start without --resume") from None
-
-
-def _check(path: Path, saved: dict[str, Any], wanted: dict[str, Any]) -> None:
-    different = [k for k in wanted if k not in MAY_DIFFER and saved.get(k) != wanted[k]]
-    if different:
-        told = ", ".join(f"{k} {saved.get(k)} instead of {wanted[k]}" for k in different)
-        raise TrainingError(f"{path}: was trained with {told}; resume with the same settings or start anew")

@@ -84,7 +84,9 @@ def test_a_short_run_and_its_continuation(capsys, tmp_path):
     (tmp_path / "own.toml").write_text(MISSION)
     out = tmp_path / "out"
     arguments = ["train", str(tmp_path / "own.toml"), "--out", str(out), "--seed", "1", "--episodes", "1"]
+    arguments += ["--set", "n_step=2"]
     assert main(arguments) == 0
+    assert json.loads((out / "card.json").read_text())["settings"]["n_step"] == 2
     assert main([*arguments, "--resume"]) == 0
     assert (out / "model.onnx").is_file()
     assert main(["evaluate", str(tmp_path / "own.toml"), "--policy", "gcrl", "--checkpoint", str(out)]) == 0
