@@ -30,6 +30,7 @@ def write_rival_card(
     updates: int,
     tests: Sequence[tuple[int, float]],
     training_s: float,
+    processor_s: float,
 ) -> None:
     """Write ``path`` for the network that lies beside it."""
     card = {
@@ -43,6 +44,7 @@ def write_rival_card(
         "updates": updates,
         "tests": [{"episodes": episode, "episodic_aoi": round(score, 4)} for episode, score in tests],
         "training_s": round(training_s, 1),
+        "processor_s": round(processor_s, 1),
         "date_utc": datetime.now(UTC).isoformat(timespec="seconds"),
         "command": command_line(sys.orig_argv),
         "git_commit": git_commit(),

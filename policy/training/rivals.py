@@ -66,8 +66,8 @@ class _Run:
         self._round, self._owed, self._updates = 0, 0.0, 0
         self._tested, self._best = float("nan"), float("inf")
         self._scores: list[tuple[int, float]] = []
-        self._begun_s = time.monotonic()
-        self._spent_s = 0.0  # before a resumption
+        self._begun_s, self._begun_processor_s = time.monotonic(), time.process_time()
+        self._spent_s, self._spent_processor_s = 0.0, 0.0  # before a resumption
         self._resumed_at = 0
 
     @property
@@ -76,8 +76,13 @@ class _Run:
 
     @property
     def seconds(self) -> float:
-        """Spent so far."""
+        """Spent so far, by the clock."""
         return self._spent_s + time.monotonic() - self._begun_s
+
+    @property
+    def processor_s(self) -> float:
+        """The same without what other programs held the processor for."""
+        return self._spent_processor_s + time.process_time() - self._begun_processor_s
 
     @property
     def done(self) -> bool:
@@ -151,6 +156,7 @@ class _Run:
             "best": self._best,
             "scores": self._scores,
             "seconds": self.seconds,
+            "processor_s": self.processor_s,
         }
         torch.save(state, buffer)
         try:
@@ -172,7 +178,8 @@ class _Run:
             self._learner.restore_optimiser(state["optimiser"])
             self._round, self._updates, self._best = int(state["round"]), int(state["updates"]), float(state["best"])
             self._scores = [(int(episode), float(score)) for episode, score in state["scores"]]
-            self._spent_s, self._resumed_at = float(state["seconds"]), self._round
+            self._spent_s, self._spent_processor_s = float(state["seconds"]), float(state["processor_s"])
+            self._resumed_at = self._round
         except (RuntimeError, KeyError, TypeError, ValueError, EOFError, OSError) as error:
             if isinstance(error, TrainingError):
                 raise
@@ -204,6 +211,7 @@ class _Run:
             updates=self._updates,
             tests=self._scores,
             training_s=self.seconds,
+            processor_s=self.processor_s,
         )
 
 

@@ -1,6 +1,7 @@
 """What holds of every rival, trained or not: shapes, seeds, number of UAVs, checkpoints, errors."""
 
 import builtins
+import json
 import sys
 from dataclasses import replace
 
@@ -77,11 +78,13 @@ def test_a_training_that_was_interrupted_goes_on_where_it_was(name, tmp_path):
     scenario, places = short()
     half = RivalTraining(episodes=8, batch=4, tests=2, test_campaigns=1, variety=NO_VARIETY)
     train_rival(learner(name), lambda _: (scenario, places), half, tmp_path)
+    spent_s = json.loads((tmp_path / "card.json").read_text())["processor_s"]
     told = []
     whole = replace(half, episodes=16, tests=4)
     resumed = learner(name)
     train_rival(resumed, lambda _: (scenario, places), whole, tmp_path, resume=True, progress=told.append)
     assert [t.episode for t in told] == [12, 16]
+    assert json.loads((tmp_path / "card.json").read_text())["processor_s"] > spent_s > 0.0
 
 
 def test_nothing_to_resume_and_another_methods_state_are_one_line(tmp_path):

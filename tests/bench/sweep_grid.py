@@ -104,7 +104,9 @@ def _trainings_s(checkpoints: Path | None, each: int) -> tuple[dict[str, list[fl
             if rival.policy == policy
         ]
         on_one = [
-            float(card["training_s"]) for card in own if card["device"] == "cpu" and card["training"]["threads"] == 1
+            float(card["processor_s"])
+            for card in own
+            if card["device"] == "cpu" and card["training"]["threads"] == 1 and "processor_s" in card
         ]
         if on_one:
             known[policy] = [sum(on_one) / len(on_one)] * each
