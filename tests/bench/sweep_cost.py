@@ -1,5 +1,5 @@
 """What `python -m policy tables` costs: campaigns a minute on processes and on Ray, memory, seconds of a campaign by
-method, and from these how long Figures 4 to 9 take on 1, 16 and 256 cores. Prints Markdown.
+method, and from these how long all that is flown takes on 1, 16 and 256 cores. Prints Markdown.
 
     python tests/bench/sweep_cost.py --only throughput
     python tests/bench/sweep_cost.py --only grid --checkpoints NETS

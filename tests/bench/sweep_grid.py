@@ -1,4 +1,4 @@
-"""Seconds of a campaign by method and number of UAVs, and from these the cost of the grid of Figures 4 to 9."""
+"""Seconds of a campaign by method and number of UAVs, and from these the cost of all that is flown in campaigns."""
 
 import itertools
 import sys
@@ -22,7 +22,8 @@ from policy.world.transition import step
 SEEDS = 5
 WARM_SLOTS, SLOTS, BUDGET_S = 3, 10, 0.5
 """A method is timed over so many slots after those that warm it up, or fewer when it has taken so long."""
-FIGURES = ("methods", "uavs", "mcl")
+FLOWN = ("methods", "uavs", "mcl", "table1", "table3", "nextstate")
+"""All that is flown in campaigns; Figure 3 takes those of `methods`."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Cell:
 def grid_cost(campuses: Mapping[str, Campus], checkpoints: Path | None) -> str:
     """Markdown: by method, the whole, and the whole on so many cores. The processor's seconds, not the clock's."""
     extent = Extent(SEEDS)
-    grid = make_grid(FIGURES, tuple(campuses), extent, find_models(checkpoints), (), find_rivals(checkpoints))
+    grid = make_grid(FLOWN, tuple(campuses), extent, find_models(checkpoints), (), find_rivals(checkpoints))
     cells = list(_cells(grid, campuses))
     trainings, unknown = _trainings_s(checkpoints, len(campuses) * SEEDS)
     jobs_s = [cell.seconds for cell in cells for _ in range(SEEDS)]
@@ -60,7 +61,7 @@ def grid_cost(campuses: Mapping[str, Campus], checkpoints: Path | None) -> str:
 
 def _cells(grid: Grid, campuses: Mapping[str, Campus]) -> Iterator[Cell]:
     """Each method is timed once a campus and number of UAVs; the radio is taken to make no difference to its work."""
-    names = {row.on(campus): row.name for row in grid.methods for campus in campuses}
+    names = _names(grid, campuses)
     known: dict[tuple[str, Method, int], float] = {}
     for point in grid.points():
         asked = (point.campus, point.method, point.uavs)
@@ -68,6 +69,17 @@ def _cells(grid: Grid, campuses: Mapping[str, Campus]) -> Iterator[Cell]:
             known[asked] = campaign_s(campuses[point.campus], point.method, point.uavs)
             print(f"{point.method.policy}, {point.campus}, U = {point.uavs}: {known[asked]:.2f} s", file=sys.stderr)
         yield Cell(point, names[point.method], known[asked])
+
+
+def _names(grid: Grid, campuses: Mapping[str, Campus]) -> dict[Method | Absent, str]:
+    """A row for each method, and one for each depth of the paper's search: the similarity makes no other work."""
+    names: dict[Method | Absent, str] = {
+        line.method: f"the paper's search, N = {line.depth}" for line in grid.similarities
+    }
+    for rows, name in ((grid.next_states, "the paper's search, {} next states"), (grid.ablations, "{}")):
+        for row in rows:
+            names.setdefault(row.method, name.format(row.name))
+    return names | {row.on(campus): row.name for row in grid.methods for campus in campuses}
 
 
 def campaign_s(campus: Campus, method: Method, uavs: int) -> float:
