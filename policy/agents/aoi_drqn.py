@@ -34,8 +34,8 @@ class DrqnSettings(LearnerSettings):
     """The sequence: ``burn_in`` slots to warm the memory, then ``sequence`` that are learned from."""
 
     hidden: int = 128
-    burn_in: int = 2
-    sequence: int = 4
+    burn_in: int = 4
+    sequence: int = 8
     batch_size: int = 48
     updates_per_slot: float = 0.5
 
