@@ -47,7 +47,6 @@ class FreshMcsSettings(LearnerSettings):
     acting_quantiles: int = 16  # evenly spread when it decides
     cosines: int = 32
     alpha: float = 0.5
-    n_step: int = 5
     updates_per_slot: float = 2.0
 
     may_be_zero: ClassVar[frozenset[str]] = LearnerSettings.may_be_zero | {"alpha"}
