@@ -1,10 +1,10 @@
 """The flight loop: one synchronous thread, ten ticks a second, that alone talks to the vehicles.
 
-Order of a tick: wait, poll, requests, mission manager, gate, publish, send, flush. Heartbeats leave in ``flush``,
+Order of a tick: wait, poll, requests, mission manager, gate, publish, flush, send. Heartbeats leave in ``flush``,
 after the manager has stepped: a loop that stalls or dies falls silent, and the vehicles' own failsafes take over.
-A large fleet's setpoints leave over half of a tick, at times that do not depend on how long the work before them took:
-a tick with more of it (a slot's end, a burst of messages) must not shift them. Who watches need not wait for that, so
-the snapshot comes first.
+A large fleet's setpoints leave in the second half of a tick, at times that do not depend on how long the work before
+them took: a tick with more of it (a slot's end, a burst of messages) must not shift them. Nothing else need wait for
+that, so snapshot, orders and heartbeats come first.
 """
 
 import logging
@@ -48,9 +48,9 @@ TICK_S = 0.1
 
 HEALTHY_S = 1.0  # wall time since the last tick beyond which nobody should trust the loop
 SPREAD_FROM = 10  # fleets larger than this are sent to in several bursts a tick (one burst is lost in buffers)
-SPREAD_SHARE = 0.45  # of a tick over which the bursts are spread
-LEAD_EACH_S = 0.0004  # a drone: how long after a tick's own time the first burst leaves, though it be ready before
-LEAD_SHARE = 0.4  # of a tick: the most of it
+SPREAD_SHARE = 0.4  # of a tick over which the bursts are spread
+LEAD_EACH_S = 0.0005  # a drone: how long after a tick's own time the first burst leaves, though it be ready before
+LEAD_SHARE = 0.5  # of a tick: the most of it
 LEAST_GAP_S = 0.002  # between two bursts of a tick whose work took longer than that
 MISSED_REPORT_S = 10.0
 FAILING_HELD_S = 5.0  # a mission that fails at every tick is held for so long, then the loop falls silent
@@ -162,10 +162,10 @@ class FlightLoop:
         safe = self._fly(now_s)
         snapshot = self._publish(now_s)
         with self._dead_man.hands:
-            self._send(safe, now_s)
             self._settle_commands(now_s)
             if self._failing_since_s is None:  # nothing vouches for a mission that no longer steps
                 self._link.flush(now_s)
+            self._send(safe, now_s)
         for notice in self._link.drain_notices():
             self._journal.record(Event(now_s, "link.notice", notice, Severity.WARNING))
         self._tell_delays(self._dead_man.feed(safe), now_s)
