@@ -109,7 +109,8 @@ def search(scene: Scene, start: Start, trail: Trail, others_gap_m: Float32Array)
     for depth in range(horizon):
         crowd = _crowd(users, depth, others_gap_m[depth])
         leaf_price = discount * prices.discount * (prices.end if depth + 1 == horizon else prices.leaf)
-        children = _expand(scene, start, layer, crowd, trail, (depth, discount, leaf_price), on_trail)
+        age_price = discount * (1.0 + (prices.last if depth + 1 == horizon else 0.0))
+        children = _expand(scene, start, layer, crowd, trail, (depth, discount, age_price, leaf_price), on_trail)
         discount *= prices.discount
         last = children.rank.size - 1
         kept_first = NO_MOVE
@@ -250,11 +251,11 @@ def _expand(
     layer: Layer,
     crowd: Float32Array,
     trail: Trail,
-    when: tuple[int, float, float],
+    when: tuple[int, float, float, float],
     on_trail: bool,
 ) -> Children:
-    """All moves of all nodes; ``when``: depth, its discount and what a metre to go costs in the leaf."""
-    depth, discount, leaf_price = when
+    """All moves of all nodes; ``when``: depth, discount, prices of a slot of age and, in the leaf, of a metre to go."""
+    depth, discount, age_price, leaf_price = when
     nodes, num_actions = layer.last.size, start.allowed.shape[1]
     cost, leaf = np.full(nodes * num_actions + 1, np.inf), np.zeros(nodes * num_actions + 1)
     pos_m, waiting = np.zeros((nodes * num_actions + 1, 2)), np.zeros(crowd.shape[1], np.float32)
@@ -292,7 +293,9 @@ def _expand(
                 child = node * num_actions + action if action < num_actions else nodes * num_actions
                 age, wait, missed = sums[action, 0], sums[action, 1], sums[action, 2]
                 pos_m[child, 0], pos_m[child, 1] = to_m[action, 0], to_m[action, 1]
-                cost[child] = so_far + discount * (age - cover * (count - missed) + energy * spent_j[action])
+                cost[child] = (
+                    so_far + age_price * age + discount * (energy * spent_j[action] - cover * (count - missed))
+                )
                 leaf[child] = leaf_price * wait
     return Children(cost, leaf, cost + leaf, pos_m)
 

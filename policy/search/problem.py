@@ -46,6 +46,7 @@ class Prices(NamedTuple):
     leaf: float  # per slot of AoI and metre beyond the serving radius: what a path leaves to be done
     end: float  # the same at the horizon's end: 0 where the campaign ends with it
     discount: float  # a slot
+    last: float  # of ages at the horizon's end beside their own: above 0 where the campaign ends with it
 
 
 class Effort(NamedTuple):
@@ -234,6 +235,7 @@ def _prices(scenario: Scenario, settings: SearchSettings, full_speed_j: float, i
         leaf=settings.leaf_weight / reach_m,
         end=0.0 if is_last else settings.leaf_weight / reach_m,
         discount=settings.discount,
+        last=settings.last_weight if is_last else 0.0,
     )
 
 

@@ -63,11 +63,12 @@ def price(problem: Problem, actions: np.ndarray) -> float:
         if not np.all(legal_moves(state.uav_pos_enu_m, state.uav_vel_enu_mps, joint.vel_enu_mps, place)):
             return math.inf
         state, outcome = step(place, state, joint, state.user_pos_enu_m)
-        slot = np.mean(state.user_aoi_slots) - problem.prices.cover * np.mean(outcome.served)
+        left = how.last_weight if state.slot == place.slots else 0.0
+        slot = (1.0 + left) * np.mean(state.user_aoi_slots) - problem.prices.cover * np.mean(outcome.served)
         total += how.discount**depth * float(slot + problem.prices.energy * np.sum(outcome.energy_j))
     away_m = pairwise_distance_m(state.uav_pos_enu_m, state.user_pos_enu_m).min(axis=0)
     slots = np.maximum(away_m - place.serving_radius_m, 0.0) / (place.max_speed_mps * place.slot_s)
-    wait = how.leaf_weight * np.mean(state.user_aoi_slots * slots)
+    wait = how.leaf_weight * np.mean(state.user_aoi_slots * slots) if state.slot < place.slots else 0.0
     return total + how.discount ** actions.shape[1] * float(wait)
 
 
@@ -89,6 +90,18 @@ def test_the_value_is_what_the_world_makes_of_the_joint_plan(seed: int) -> None:
     problem = problem_of(place, state_of(place, seed))
     plan = make_plan(problem)
     assert plan.value == pytest.approx(price(problem, plan.actions), rel=1e-5)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_what_is_left_when_the_campaign_ends_counts_beside_its_slot(seed: int) -> None:
+    place, how = scenario(objective=Objective(c_cover=1.0, c_energy=5.0)), replace(TINY, last_weight=2.0)
+    state = replace(state_of(place, seed), slot=place.slots - 3)
+    problem = problem_of(place, state, how)
+    every = itertools.product(range(problem.moves.actions.size), repeat=3)
+    best = min(price(problem, np.array([actions])) for actions in every)
+    plan = make_plan(problem)
+    assert plan.value == pytest.approx(best, rel=1e-5)
+    assert price(problem, plan.actions) == pytest.approx(best, rel=1e-5)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -252,7 +265,14 @@ def test_shifted_plans_end_open_and_bad_settings_are_refused() -> None:
     assert np.array_equal(kept.vel_enu_mps[:, :-1], plan.vel_enu_mps[:, 1:])
     with pytest.raises(ValueError, match="forward"):
         plan.shifted(-1)
-    for wrong in ({"beam": 0}, {"speed_shares": ()}, {"speed_shares": (1.5,)}, {"discount": 0.0}, {"rebuilds": -1}):
+    for wrong in (
+        {"beam": 0},
+        {"speed_shares": ()},
+        {"speed_shares": (1.5,)},
+        {"discount": 0.0},
+        {"rebuilds": -1},
+        {"last_weight": -1.0},
+    ):
         with pytest.raises(ValueError, match=r"must|need"):
             SearchSettings(**wrong)
     with pytest.raises(ValueError, match="predicted places"):

@@ -31,10 +31,14 @@ def scenario(num_uavs: int, obstacles: tuple[Obstacle, ...] = (), objective: Obj
     return Scenario(area, launch, np.full(14, 0.02), objective=objective or Objective())
 
 
-def problem_of(place: Scenario, seed: int, how: SearchSettings, blur_m: float = 0.0) -> Problem:
+def problem_of(place: Scenario, seed: int, how: SearchSettings, blur_m: float = 0.0, slot: int = 0) -> Problem:
     rng = np.random.default_rng(seed)
     users = rng.uniform(0.0, 1.0, (place.num_users, 2)) * np.asarray(place.area.size_m)
-    state = replace(initial_state(place, users), user_aoi_slots=rng.integers(1, 20, place.num_users).astype(np.float64))
+    state = replace(
+        initial_state(place, users),
+        slot=slot,
+        user_aoi_slots=rng.integers(1, 20, place.num_users).astype(np.float64),
+    )
     blur = np.full((how.horizon_slots, place.num_users), blur_m)
     return make_problem(place, make_moves(place, how), state, how, None, blur)
 
@@ -48,16 +52,25 @@ def flown(problem: Problem, path_m: np.ndarray) -> tuple[float, WorldState]:
             return math.inf, state
         action = JointAction(np.arctan2(vel[:, 0], vel[:, 1]), np.hypot(vel[:, 0], vel[:, 1]))
         state, outcome = step(place, state, action, state.user_pos_enu_m)
-        slot = np.mean(state.user_aoi_slots) - problem.prices.cover * np.mean(outcome.served)
+        left = problem.settings.last_weight if state.slot == place.slots else 0.0
+        slot = (1.0 + left) * np.mean(state.user_aoi_slots) - problem.prices.cover * np.mean(outcome.served)
         total += float(slot + problem.prices.energy * np.sum(outcome.energy_j))
     return total, state
 
 
 @settings(max_examples=25, deadline=None)
-@given(seed=st.integers(0, 10_000), num_uavs=st.integers(1, 3), thrift=st.sampled_from([0.0, 0.05]))
-def test_a_polished_plan_is_flyable_and_priced_by_the_world(seed: int, num_uavs: int, thrift: float) -> None:
+@given(
+    seed=st.integers(0, 10_000),
+    num_uavs=st.integers(1, 3),
+    thrift=st.sampled_from([0.0, 0.05]),
+    slots_left=st.sampled_from([4, 120]),
+)
+def test_a_polished_plan_is_flyable_and_priced_by_the_world(
+    seed: int, num_uavs: int, thrift: float, slots_left: int
+) -> None:
     place = scenario(num_uavs, objective=Objective(c_cover=1.0, c_energy=5.0))
-    problem = problem_of(place, seed, replace(POLISHED, thrift=thrift))
+    how = replace(POLISHED, thrift=thrift, last_weight=2.0)
+    problem = problem_of(place, seed, how, slot=place.slots - slots_left)
     plan = make_plan(problem)
     cost, end = flown(problem, plan.path_enu_m)
     away_m = pairwise_distance_m(end.uav_pos_enu_m, end.user_pos_enu_m).min(axis=0)
