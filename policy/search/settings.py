@@ -60,6 +60,8 @@ def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
     """
     many = scenario.num_uavs > MANY_UAVS
     if math.isfinite(scenario.max_accel_mps2):
+        right_angle_s = math.sqrt(2.0) * scenario.max_speed_mps / scenario.max_accel_mps2
+        is_sluggish = right_angle_s > 0.5 * scenario.slot_s  # else turning ends costs more of the beam than it gains
         if fast:
             return SearchSettings(
                 horizon_slots=10,
@@ -75,7 +77,7 @@ def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
             beam=12 if many else 32 if scenario.blocking_obstacles else 64,  # a move beside walls costs far more to try
             rebuilds=1 if many else 2,
             speed_shares=(0.55, 1.0),
-            end_turns_rad=() if many else HALF_TURNS_RAD,
+            end_turns_rad=HALF_TURNS_RAD if is_sluggish and not many and not scenario.blocking_obstacles else (),
             polish_sweeps=3 if many else 6,
             discount=0.98,
             last_weight=LAST_WEIGHT,

@@ -9,13 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from policy.search.kernel import Scene, _legal
+from policy.search.kernel import Rounds, Scene, _legal
 from policy.search.leaf import leaf_states
 from policy.search.moves import make_moves
 from policy.search.plan import Plan
-from policy.search.planner import final_beam, make_plan
+from policy.search.planner import _alternatives, final_beam, make_plan
 from policy.search.problem import Problem, make_problem
-from policy.search.settings import SearchSettings
+from policy.search.settings import SearchSettings, settings_for
+from policy.world.actions import ActionSet, make_actions
 from policy.world.airspace import legal_moves
 from policy.world.geometry import pairwise_distance_m
 from policy.world.scenario import Area, Objective, Obstacle, Scenario
@@ -260,6 +261,29 @@ def test_the_horizon_ends_with_the_campaign() -> None:
     problem = problem_of(place, replace(state_of(place, 0), slot=place.slots - 2))
     assert problem.horizon_slots == 2
     assert make_plan(problem).actions.shape == (1, 2)
+
+
+@pytest.mark.parametrize(("accel", "turned"), [(math.inf, False), (4.5, False), (2.5, True)])
+def test_slots_may_end_turned_where_a_right_angle_takes_most_of_one(accel: float, turned: bool) -> None:
+    place = scenario(accel=accel)
+    how = settings_for(place)
+    assert bool(how.end_turns_rad) is turned
+    table = make_moves(place, how).table
+    assert np.array_equal(table.end_mps, table.vel_mps) is not turned
+    assert np.allclose(np.hypot(*table.end_mps.T), np.hypot(*table.vel_mps.T))
+
+
+def test_moves_that_only_end_differently_are_one_alternative() -> None:
+    actions = make_actions(4, (18.0,))
+    twice = ActionSet(np.tile(actions.heading_rad, 2), np.tile(actions.speed_mps, 2))
+    found = Rounds(
+        kept_price=0.0,
+        price=np.array([[3.0, 1.0, 2.0, 4.0, 5.0, math.nan]]),
+        action=np.array([[2, 1, 6, 7, 3, 4]]),  # 6 commands what 1 does, 7 what 2 does
+        best=np.array([1]),
+    )
+    alternatives = _alternatives(twice, found, 0)
+    assert [(other.action, other.value) for other in alternatives] == [(2, 3.0), (3, 5.0)]
 
 
 def test_shifted_plans_end_open_and_bad_settings_are_refused() -> None:
