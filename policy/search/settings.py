@@ -10,6 +10,8 @@ THRIFT = 0.001
 """Slots of mean AoI a slot at full speed: a user in 60 served one slot sooner outweighs sixteen of them."""
 FOLLOW_M = 3.0
 """Real vehicles end their slots within some metres of the plan (guidance's test: 10 m in a wind of 10 m/s)."""
+HALF_TURNS_RAD = (math.pi / 4, -math.pi / 4)
+"""With inertia a right angle is turned half in the slot before it and half in the one after."""
 LAST_WEIGHT = 2.0
 """Slots. What phones still hold when a campaign ends is lost: on KAIST a fifth of that for 0.04 % of AoI."""
 MANY_UAVS = 4
@@ -25,6 +27,7 @@ class SearchSettings:
     rebuilds: int = 2  # UAVs whose plan is thrown away for a try without it, a slot
     num_headings: int = 16
     speed_shares: tuple[float, ...] = (1.0,)  # of the greatest speed; hovering is always there
+    end_turns_rad: tuple[float, ...] = ()  # with inertia moves at full speed may also end turned so far
     leaf_weight: float = 0.6  # of AoI x slots to reach, against the AoI that the horizon counts
     discount: float = 1.0  # a slot; Eq. 7 weighs all slots alike
     last_weight: float = 0.0  # of ages when the campaign ends, beside their own slot: what phones still hold is lost
@@ -57,6 +60,8 @@ def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
     """
     many = scenario.num_uavs > MANY_UAVS
     if math.isfinite(scenario.max_accel_mps2):
+        right_angle_s = math.sqrt(2.0) * scenario.max_speed_mps / scenario.max_accel_mps2
+        is_sluggish = right_angle_s > 0.5 * scenario.slot_s  # else turning ends costs more of the beam than it gains
         if fast:
             return SearchSettings(
                 horizon_slots=10,
@@ -72,6 +77,7 @@ def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
             beam=12 if many else 32 if scenario.blocking_obstacles else 64,  # a move beside walls costs far more to try
             rebuilds=1 if many else 2,
             speed_shares=(0.55, 1.0),
+            end_turns_rad=HALF_TURNS_RAD if is_sluggish and not many and not scenario.blocking_obstacles else (),
             polish_sweeps=3 if many else 6,
             discount=0.98,
             last_weight=LAST_WEIGHT,

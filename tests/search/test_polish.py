@@ -13,7 +13,7 @@ from policy.search.moves import make_moves
 from policy.search.planner import make_plan
 from policy.search.polish import SHIFT_M, Legs, _in_play, cruise, joint_price, keep_up, polish, ways_j
 from policy.search.problem import Problem, make_problem
-from policy.search.settings import SearchSettings
+from policy.search.settings import HALF_TURNS_RAD, SearchSettings
 from policy.world.airspace import legal_moves
 from policy.world.geometry import pairwise_distance_m
 from policy.world.motion import slot_motion
@@ -182,13 +182,20 @@ def flown_with_inertia(problem: Problem, place: Scenario, slots: int) -> tuple[l
 
 
 @settings(max_examples=10, deadline=None)
-@given(seed=st.integers(0, 10_000), num_uavs=st.integers(1, 3), accel=accels, walled=st.booleans())
+@given(
+    seed=st.integers(0, 10_000),
+    num_uavs=st.integers(1, 3),
+    accel=accels,
+    walled=st.booleans(),
+    turns=st.sampled_from([(), HALF_TURNS_RAD]),
+)
 def test_with_inertia_every_slot_is_legal_and_ends_where_planned(
-    seed: int, num_uavs: int, accel: float, walled: bool
+    seed: int, num_uavs: int, accel: float, walled: bool, turns: tuple[float, ...]
 ) -> None:
     wall = Obstacle("wall", 150.0, ((300.0, 300.0), (420.0, 320.0), (400.0, 450.0)))
     place = scenario(num_uavs, (wall,) if walled else ()).with_accel(accel)
-    legal, off_m = flown_with_inertia(problem_of(place, seed, POLISHED), place, 5)
+    problem = problem_of(place, seed, replace(POLISHED, end_turns_rad=turns))
+    legal, off_m = flown_with_inertia(problem, place, 5)
     assert all(legal)
     assert max(off_m) < 0.05
 
