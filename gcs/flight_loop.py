@@ -1,8 +1,10 @@
 """The flight loop: one synchronous thread, ten ticks a second, that alone talks to the vehicles.
 
-Order of a tick: wait, poll, requests, mission manager, gate, publish, send, flush. Heartbeats leave in ``flush``,
+Order of a tick: wait, poll, requests, mission manager, gate, publish, flush, send. Heartbeats leave in ``flush``,
 after the manager has stepped: a loop that stalls or dies falls silent, and the vehicles' own failsafes take over.
-A large fleet's setpoints leave over most of a tick; who watches need not wait for them, so the snapshot comes first.
+A large fleet's setpoints leave in the second half of a tick, at times that do not depend on how long the work before
+them took: a tick with more of it (a slot's end, a burst of messages) must not shift them. Nothing else need wait for
+that, so snapshot, orders and heartbeats come first.
 """
 
 import logging
@@ -46,7 +48,10 @@ TICK_S = 0.1
 
 HEALTHY_S = 1.0  # wall time since the last tick beyond which nobody should trust the loop
 SPREAD_FROM = 10  # fleets larger than this are sent to in several bursts a tick (one burst is lost in buffers)
-SPREAD_SHARE = 0.6  # of a tick over which the bursts are spread
+SPREAD_SHARE = 0.4  # of a tick over which the bursts are spread
+LEAD_EACH_S = 0.0005  # a drone: how long after a tick's own time the first burst leaves, though it be ready before
+LEAD_SHARE = 0.5  # of a tick: the most of it
+LEAST_GAP_S = 0.002  # between two bursts of a tick whose work took longer than that
 MISSED_REPORT_S = 10.0
 FAILING_HELD_S = 5.0  # a mission that fails at every tick is held for so long, then the loop falls silent
 _Told: TypeAlias = tuple[CampaignSnapshot | None, bool, tuple[int, ...]]
@@ -157,10 +162,10 @@ class FlightLoop:
         safe = self._fly(now_s)
         snapshot = self._publish(now_s)
         with self._dead_man.hands:
-            self._send(safe, now_s)
             self._settle_commands(now_s)
             if self._failing_since_s is None:  # nothing vouches for a mission that no longer steps
                 self._link.flush(now_s)
+            self._send(safe, now_s)
         for notice in self._link.drain_notices():
             self._journal.record(Event(now_s, "link.notice", notice, Severity.WARNING))
         self._tell_delays(self._dead_man.feed(safe), now_s)
@@ -230,9 +235,11 @@ class FlightLoop:
     def _send(self, safe: Sequence[SealedSetpoint], judged_s: float) -> None:
         """In real time a large fleet's setpoints are spread over the tick; what has become old is not sent."""
         bursts = 1 if self._clock.is_virtual else -(-len(safe) // SPREAD_FROM)
+        from_s = self._next_s - TICK_S + min(len(safe) * LEAD_EACH_S, LEAD_SHARE * TICK_S)
         for burst in range(bursts):
-            if burst > 0:
-                self._clock.wait_until(judged_s + burst * SPREAD_SHARE * TICK_S / bursts)
+            if bursts > 1:
+                even_s = from_s + burst * SPREAD_SHARE * TICK_S / bursts
+                self._clock.wait_until(even_s if burst == 0 else max(even_s, self._clock.now_s() + LEAST_GAP_S))
             for setpoint in safe if bursts == 1 else safe[burst * SPREAD_FROM : (burst + 1) * SPREAD_FROM]:
                 now_s = self._clock.now_s()
                 self._link.send(self._late.in_time(setpoint, judged_s, now_s), now_s)

@@ -1,13 +1,14 @@
 """The path of one slot that guidance follows: the world's own motion from the slot's start to its end point."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from policy.world.arrays import FloatArray
-from policy.world.motion import slot_motion, slot_times_s
+from policy.world.motion import slot_motion
 
-REFERENCE_STEP_S = 0.1  # one sample a tick; between samples it is linear
+_KEPT = 8
+"""Moments of a fleet's motion: those of a tick, or of the outlines that are drawn when a slot begins."""
 
 
 @dataclass(frozen=True)
@@ -21,35 +22,59 @@ class Point:
 
 
 @dataclass(frozen=True, eq=False)
-class SlotReference:
-    """One UAV's slot, sampled evenly. After its end the last velocity goes on: a slot never ends at rest.
+class FleetMotion:
+    """U UAVs' slot, worked out for the moments that are asked for, all UAVs at once.
 
-    ``samples`` [K, 4]: a :class:`Point`'s fields. As an array, because most are looked at once or never: objects for
-    all of a hundred UAVs' took half a tick at the beginning of a slot.
+    Places [U, 2], velocities at the start, commanded, and (or None) at the end [U, 2]. A slot sampled as a whole took
+    half a tick where it began, since NumPy lets go of the interpreter for more than 500 numbers; these are fewer.
     """
 
+    pos_m: FloatArray
+    vel_mps: FloatArray
+    vel_command_mps: FloatArray
+    vel_end_mps: FloatArray | None
+    max_accel_mps2: float
+    slot_s: float
+    _known: dict[float, list[list[float]]] = field(default_factory=dict)
+
+    def after(self, time_s: float) -> list[list[float]]:
+        """[U][4]: a :class:`Point`'s fields so long after the start; within the slot."""
+        rows = self._known.get(time_s)
+        if rows is None:
+            end_mps, at_s = self.vel_end_mps, np.array(time_s)
+            way_m, vel_mps = slot_motion(
+                self.vel_mps, self.vel_command_mps, end_mps, self.max_accel_mps2, self.slot_s, at_s
+            )
+            rows = np.concatenate((self.pos_m + way_m, vel_mps), axis=-1).tolist()
+            if len(self._known) >= _KEPT:
+                del self._known[next(iter(self._known))]
+            self._known[time_s] = rows
+        return rows
+
+
+@dataclass(frozen=True, eq=False)
+class SlotReference:
+    """One UAV's slot. After its end the last velocity goes on: a slot never ends at rest."""
+
+    motion: FleetMotion
+    index: int
     start_s: float
-    step_s: float
-    samples: FloatArray
 
     def at(self, now_s: float) -> Point:
         """The reference at ``now_s``; before the start it is the start."""
-        last = len(self.samples) - 1
-        place = min(max((now_s - self.start_s) / self.step_s, 0.0), float(last))
-        low = min(int(place), last - 1)
-        before, after = self.samples[low : low + 2].tolist()
-        point = _between(before, after, place - low)
-        beyond_s = now_s - (self.start_s + last * self.step_s)
-        return point if beyond_s <= 0.0 else _onward(point, beyond_s)
+        since_s, slot_s = now_s - self.start_s, self.motion.slot_s
+        point = Point(*self.motion.after(min(max(since_s, 0.0), slot_s))[self.index])
+        return point if since_s <= slot_s else _onward(point, since_s - slot_s)
 
     def delayed(self, delay_s: float) -> "SlotReference":
         """The same path flown later, after a pause."""
-        return SlotReference(self.start_s + delay_s, self.step_s, self.samples)
+        return SlotReference(self.motion, self.index, self.start_s + delay_s)
 
     def outline(self, count: int = 6) -> tuple[tuple[float, float], ...]:
         """A few points from start to end, for the map."""
-        picks = np.linspace(0, len(self.samples) - 1, count).round().astype(int)
-        return tuple((east_m, north_m) for east_m, north_m in self.samples[picks, :2].tolist())
+        times_s = [self.motion.slot_s * number / (count - 1) for number in range(count)]
+        points = [self.motion.after(time_s)[self.index] for time_s in times_s]
+        return tuple((east_m, north_m) for east_m, north_m, _, _ in points)
 
 
 def slot_references(
@@ -66,19 +91,14 @@ def slot_references(
 
     ``vel_end_mps`` [U, 2]: at which the slot is left, by a turn or braking that begins before it ends.
     """
-    samples = max(2, round(slot_s / REFERENCE_STEP_S) + 1)
-    times_s = slot_times_s(pos_m, slot_s, samples)
-    start, goal = vel_mps[:, None, :], vel_command_mps[:, None, :]
-    end = None if vel_end_mps is None else vel_end_mps[:, None, :]
-    way_m, velocities_mps = slot_motion(start, goal, end, max_accel_mps2, slot_s, times_s)
-    points = np.concatenate((pos_m[:, None, :] + way_m, velocities_mps), axis=-1)
-    points.flags.writeable = False
-    return tuple(SlotReference(start_s, slot_s / (samples - 1), uav) for uav in points)
+    end_mps = None if vel_end_mps is None else _own(vel_end_mps)
+    motion = FleetMotion(_own(pos_m), _own(vel_mps), _own(vel_command_mps), end_mps, max_accel_mps2, slot_s)
+    return tuple(SlotReference(motion, index, start_s) for index in range(len(pos_m)))
 
 
-def _between(low: list[float], high: list[float], share: float) -> Point:
-    rest = 1.0 - share
-    return Point(*(rest * before + share * after for before, after in zip(low, high, strict=True)))
+def _own(values: FloatArray) -> FloatArray:
+    """Whoever made them may use them again before they are asked for."""
+    return np.array(values, dtype=np.float64)
 
 
 def _onward(end: Point, after_s: float) -> Point:

@@ -54,12 +54,13 @@ class CampaignLog:
         campaign.gate_acts[system_id] = (safe.reason, self.now_s)
 
     def slot(self, campaign: Campaign, record: SlotRecord) -> None:
-        """Keep a closed slot, durably where the store keeps up."""
+        """Keep a closed slot. Nothing is waited for: it is told when it is in the store, and one that a killed server
+        had not written is closed anew by the next one.
+        """
         campaign.records.append(record)
         self._journal.record_slot(campaign.order.campaign_id, record)
         self.setpoints(campaign, record.slot)
         self.keep(campaign)
-        self._journal.settle()
 
     def decision(self, campaign: Campaign, decided: DecisionRecord) -> None:
         """What the policy was asked and what it answered."""

@@ -1,5 +1,6 @@
 """Drop-outs in flight: when a drone leaves the campaign for its own sake (battery, motor, position). Pure rules."""
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import lru_cache
@@ -55,6 +56,12 @@ def _powers_w(ground_mps: float, wind_mps: float) -> tuple[float, float]:
     return float(powers_w[0]), float(np.max(powers_w[1:]))
 
 
+@lru_cache(maxsize=256)
+def _worst_power_w(top_mps: float, wind_mps: float) -> float:
+    """Of a slot flown hovering, at full speed, or against the wind; of all vehicles at once when a slot begins."""
+    return float(np.max(propulsion_power_w(np.array([0.0, top_mps, top_mps + wind_mps]))))
+
+
 def battery_low(
     status: VehicleStatus, track: UavTrack, pad_m: tuple[float, float], scenario: Scenario, reserve: float
 ) -> DropOut | None:
@@ -63,9 +70,8 @@ def battery_low(
         return None
     wind_mps, top_mps = max(ASSUMED_WIND_MPS, status.wind_mps or 0.0), scenario.max_speed_mps
     reach_m = top_mps * scenario.slot_s
-    distance_m = float(np.hypot(track.east_m - pad_m[0], track.north_m - pad_m[1])) + reach_m
-    airspeeds_mps = np.array([0.0, top_mps, top_mps + wind_mps])
-    slot_j = float(np.max(propulsion_power_w(airspeeds_mps))) * scenario.slot_s
+    distance_m = math.hypot(track.east_m - pad_m[0], track.north_m - pad_m[1]) + reach_m
+    slot_j = _worst_power_w(top_mps, wind_mps) * scenario.slot_s
     need_j = return_energy_j(distance_m, track.alt_home_m, wind_mps, top_mps) + slot_j
     need = need_j / scenario.battery_j + reserve
     if status.battery_fraction >= need:

@@ -131,7 +131,7 @@ class StoreJournal:
             late = not done and not self._late_told
             self._late_told = self._late_told or late
         if late:
-            self._tell("store.late", f"the store takes longer than {1e3 * timeout_s:.0f} ms", Severity.CAUTION)
+            self._tell_late(timeout_s)
         return done and not self._error
 
     def durability(self) -> Callable[[], bool]:
@@ -163,6 +163,10 @@ class StoreJournal:
                 self._changed.notify_all()
             if full or self._error:
                 self._tail.release(ticket)  # nobody knows when the store will have it
+            late = self._busy_s() > PATIENCE_S and not (self._error or self._late_told)
+            self._late_told = self._late_told or late
+        if late:  # a flight between two changes of state waits for nothing, and must be told nevertheless
+            self._tell_late(PATIENCE_S)
         if first_lost:
             self._tell("store.overflow", "the store is too slow: records are being lost", Severity.WARNING)
 
@@ -266,6 +270,9 @@ class StoreJournal:
             self._changed.notify_all()
         if recovered:
             self.record(self._own_event("store.recovered", f"the store is back; {lost_untold} records were lost"))
+
+    def _tell_late(self, limit_s: float) -> None:
+        self._tell("store.late", f"the store takes longer than {1e3 * limit_s:.0f} ms", Severity.CAUTION)
 
     def _tell(self, kind: str, message: str, severity: Severity) -> None:
         """To who follows the tail; the store itself cannot be told now."""

@@ -109,14 +109,15 @@ def search(scene: Scene, start: Start, trail: Trail, others_gap_m: Float32Array)
     for depth in range(horizon):
         crowd = _crowd(users, depth, others_gap_m[depth])
         leaf_price = discount * prices.discount * (prices.end if depth + 1 == horizon else prices.leaf)
-        children = _expand(scene, start, layer, crowd, trail, (depth, discount, leaf_price), on_trail)
+        age_price = discount * (1.0 + (prices.last if depth + 1 == horizon else 0.0))
+        children = _expand(scene, start, layer, crowd, trail, (depth, discount, age_price, leaf_price), on_trail)
         discount *= prices.discount
         last = children.rank.size - 1
         kept_first = NO_MOVE
         if on_trail:
             kept_first = last if depth < trail.length else _best_child(children.rank, num_actions)
         on_trail = kept_first != NO_MOVE
-        chosen, aoi = _choose(children, layer, crowd, users.salt, kept_first, scene.effort)
+        chosen, aoi = _choose(scene, children, layer, crowd, kept_first)
         for place in range(chosen.size):
             child = chosen[place]
             parents[depth, place] = 0 if child == last else child // num_actions
@@ -190,7 +191,7 @@ def _adopt(scene: Scene, draft: Draft, uav: int, actions: IntArray, path_m: Floa
         on_trail = on_trail and is_same and depth < draft.length[uav]
         stays = stays and is_same
         if not (on_trail and scene.effort.by_velocity):  # a kept path keeps its velocities, between the commands'
-            draft.vel_mps[uav, depth] = scene.table.vel_mps[actions[depth]]
+            draft.vel_mps[uav, depth] = scene.table.end_mps[actions[depth]]
     draft.actions[uav], draft.path_m[uav], draft.length[uav] = actions, path_m, horizon
     draft.gap_m[uav] = gaps_m(scene.users, path_m)
     return stays
@@ -250,11 +251,11 @@ def _expand(
     layer: Layer,
     crowd: Float32Array,
     trail: Trail,
-    when: tuple[int, float, float],
+    when: tuple[int, float, float, float],
     on_trail: bool,
 ) -> Children:
-    """All moves of all nodes; ``when``: depth, its discount and what a metre to go costs in the leaf."""
-    depth, discount, leaf_price = when
+    """All moves of all nodes; ``when``: depth, discount, prices of a slot of age and, in the leaf, of a metre to go."""
+    depth, discount, age_price, leaf_price = when
     nodes, num_actions = layer.last.size, start.allowed.shape[1]
     cost, leaf = np.full(nodes * num_actions + 1, np.inf), np.zeros(nodes * num_actions + 1)
     pos_m, waiting = np.zeros((nodes * num_actions + 1, 2)), np.zeros(crowd.shape[1], np.float32)
@@ -292,24 +293,31 @@ def _expand(
                 child = node * num_actions + action if action < num_actions else nodes * num_actions
                 age, wait, missed = sums[action, 0], sums[action, 1], sums[action, 2]
                 pos_m[child, 0], pos_m[child, 1] = to_m[action, 0], to_m[action, 1]
-                cost[child] = so_far + discount * (age - cover * (count - missed) + energy * spent_j[action])
+                cost[child] = (
+                    so_far + age_price * age + discount * (energy * spent_j[action] - cover * (count - missed))
+                )
                 leaf[child] = leaf_price * wait
     return Children(cost, leaf, cost + leaf, pos_m)
 
 
 @compiled
 def _steps_from(table: MoveTable, vel_mps: FloatArray, legal: BoolArray) -> FloatArray:
-    """Displacements [A, 2] from a velocity that is none of the table's (policy.world.motion.displacement_m); strikes
+    """Displacements [A, 2] from a velocity that is none of the table's (policy.world.motion.slot_motion); strikes
     the moves that cannot be reached in a slot.
     """
     num_actions = legal.size
     step_m = np.zeros((num_actions, 2))
     for action in range(num_actions):
         d_e, d_n = table.vel_mps[action, 0] - vel_mps[0], table.vel_mps[action, 1] - vel_mps[1]
+        e_e, e_n = (
+            table.end_mps[action, 0] - table.vel_mps[action, 0],
+            table.end_mps[action, 1] - table.vel_mps[action, 1],
+        )
         change_s = np.sqrt(d_e * d_e + d_n * d_n) / table.max_accel_mps2
-        step_m[action, 0] = table.vel_mps[action, 0] * table.slot_s - 0.5 * change_s * d_e
-        step_m[action, 1] = table.vel_mps[action, 1] * table.slot_s - 0.5 * change_s * d_n
-        legal[action] = legal[action] and (action == 0 or change_s <= table.slot_s)
+        turn_s = np.sqrt(e_e * e_e + e_n * e_n) / table.max_accel_mps2
+        step_m[action, 0] = table.vel_mps[action, 0] * table.slot_s - 0.5 * (change_s * d_e - turn_s * e_e)
+        step_m[action, 1] = table.vel_mps[action, 1] * table.slot_s - 0.5 * (change_s * d_n - turn_s * e_n)
+        legal[action] = legal[action] and (action == 0 or change_s + turn_s <= table.slot_s)
     return step_m
 
 
@@ -354,9 +362,10 @@ def _best_child(rank: FloatArray, num_actions: int) -> int:
 
 @compiled
 def _choose(
-    children: Children, layer: Layer, crowd: Float32Array, salt: IntArray, kept_first: int, effort: Effort
+    scene: Scene, children: Children, layer: Layer, crowd: Float32Array, kept_first: int
 ) -> tuple[IntArray, Float32Array]:
     """The best children without duplicates in order of rank, the trail's before all, and their AoI."""
+    effort, salt = scene.effort, scene.users.salt
     order = _best(children.rank, SHORTLIST * effort.beam)
     last = children.rank.size - 1
     num_actions = last // layer.last.size
@@ -373,7 +382,7 @@ def _choose(
         parent = 0 if child == last else child // num_actions
         code = _renew(crowd, salt, layer.aoi_slots[parent], np.float32(east), np.float32(north), aoi[kept])
         code = _mix(_mix(code, np.floor(east / effort.cell_m)), np.floor(north / effort.cell_m))
-        code = _mix(code, child % num_actions) if effort.by_velocity else code
+        code = _mix(code, scene.table.end_index[child % num_actions]) if effort.by_velocity else code
         if not _known(codes, kept, code):
             chosen[kept], codes[kept] = child, code
             kept += 1

@@ -25,7 +25,7 @@ def leaf_states(problem: Problem, beam: Beam, uav: int, actions: IntArray, path_
     ``actions`` [U, H] and ``path_enu_m`` [U, H, 2] are the plans; those of ``uav`` are replaced by the beam's.
     """
     batch, state = beam.cost.shape[0], problem.state
-    vel = problem.moves.actions.vel_enu_mps
+    vel = problem.moves.table.end_mps
     last = np.repeat(actions[None, :, -1], batch, axis=0)
     last[:, uav] = beam.actions[:, -1]
     pos_m = np.repeat(path_enu_m[None, :, -1], batch, axis=0)

@@ -1,9 +1,11 @@
 """Every move from every velocity, tabulated by the world's own motion, energy and airspace rules.
 
 A slot is long enough to reach a commanded velocity (`reachable` says where it is not), so the velocity at a slot's
-end is one of the A commanded ones and a state of the search is a place and the index of the last command.
+end is that of its move and a state of the search is a place and the index of the last move. Most moves end at the
+velocity commanded. With inertia some end on the way into the next slot: a turn that two slots share costs half.
 """
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,10 +14,12 @@ import numpy as np
 from policy.search.settings import SearchSettings, search_actions
 from policy.world.actions import ActionSet
 from policy.world.airspace import EDGE_TOLERANCE_M
-from policy.world.arrays import BoolArray, FloatArray
+from policy.world.arrays import BoolArray, FloatArray, IntArray
 from policy.world.energy import used_energy_j
+from policy.world.frames import heading_rad, velocity_enu_mps
 from policy.world.motion import SAMPLES_PER_SLOT, change_time_s, slot_path_m, slot_times_s, stopping_point_m
 from policy.world.scenario import Scenario
+from policy.world.state import JointAction
 
 BRAKING_SAMPLES = 1 + SAMPLES_PER_SLOT // 6  # as policy.world.airspace samples the way to rest
 
@@ -45,6 +49,8 @@ class MoveTable(NamedTuple):
     cruise_j: FloatArray  # [C] of a slot at a steady speed that covers 0, 1, 2 .. x cruise_step_m
     cruise_step_m: float
     vel_mps: FloatArray  # [A, 2] commanded
+    end_mps: FloatArray  # [A, 2] at which the slot is left
+    end_index: IntArray  # [A] the same number for the same end_mps
     max_accel_mps2: float
     slot_s: float
 
@@ -53,19 +59,29 @@ class MoveTable(NamedTuple):
 class Moves:
     """What does not change in a campaign."""
 
-    actions: ActionSet
+    actions: ActionSet  # what is commanded; several moves may command the same and end differently
     table: MoveTable
     walls: Walls
     serving_radius_m: float
 
+    def command(self, moves: IntArray) -> JointAction:
+        """What flies the moves [U]."""
+        heading_rad_, speed_mps = self.actions.heading_rad[moves], self.actions.speed_mps[moves]
+        if np.array_equal(self.table.end_mps, self.table.vel_mps):
+            return JointAction(heading_rad_, speed_mps)
+        end_mps = self.table.end_mps[moves]
+        return JointAction(heading_rad_, speed_mps, heading_rad(end_mps), np.hypot(end_mps[:, 0], end_mps[:, 1]))
+
 
 def make_moves(scenario: Scenario, settings: SearchSettings) -> Moves:
     """Tabulate the moves of one campaign."""
-    actions = search_actions(scenario, settings)
+    actions, end_mps = _with_ends(search_actions(scenario, settings), scenario, settings)
     vel = actions.vel_enu_mps
-    step_m, energy_j = tabulate(scenario, vel[:, None, :], vel[None, :, :])
-    points_m = _points_m(scenario, vel[:, None, :], vel[None, :, :])
-    reachable = change_time_s(vel[:, None, :], vel[None, :, :], scenario.max_accel_mps2) <= scenario.slot_s
+    slots = end_mps[:, None, :], vel[None, :, :], end_mps[None, :, :]
+    step_m, energy_j = tabulate(scenario, *slots)
+    points_m = _points_m(scenario, *slots)
+    change_s = change_time_s(slots[0], slots[1], scenario.max_accel_mps2)
+    reachable = change_s + change_time_s(vel, end_mps, scenario.max_accel_mps2) <= scenario.slot_s
     reachable[:, 0] = True  # braking always is, by the choice of the fastest move
     box_m = np.concatenate((points_m.min(axis=-2), points_m.max(axis=-2)), axis=-1)
     cruise_j, cruise_step_m = _cruise(scenario)
@@ -78,10 +94,23 @@ def make_moves(scenario: Scenario, settings: SearchSettings) -> Moves:
         cruise_j=cruise_j,
         cruise_step_m=cruise_step_m,
         vel_mps=vel,
+        end_mps=end_mps,
+        end_index=np.unique(end_mps.round(6), axis=0, return_inverse=True)[1].reshape(-1).astype(np.int64),
         max_accel_mps2=float(scenario.max_accel_mps2),
         slot_s=float(scenario.slot_s),
     )
     return Moves(actions, table, make_walls(scenario), scenario.serving_radius_m)
+
+
+def _with_ends(actions: ActionSet, scenario: Scenario, settings: SearchSettings) -> tuple[ActionSet, FloatArray]:
+    """All moves' commands and the velocities [A, 2] at which they end; the plain ones first."""
+    if math.isinf(scenario.max_accel_mps2) or not settings.end_turns_rad:
+        return actions, actions.vel_enu_mps
+    full = np.flatnonzero(actions.speed_mps == actions.speed_mps.max())
+    which = np.concatenate((np.arange(actions.size), np.tile(full, len(settings.end_turns_rad))))
+    turn_rad = np.concatenate((np.zeros(actions.size), np.repeat(settings.end_turns_rad, full.size)))
+    commands = ActionSet(actions.heading_rad[which], actions.speed_mps[which])
+    return commands, velocity_enu_mps(commands.heading_rad + turn_rad, commands.speed_mps)
 
 
 def _cruise(scenario: Scenario) -> tuple[FloatArray, float]:
@@ -90,25 +119,32 @@ def _cruise(scenario: Scenario) -> tuple[FloatArray, float]:
     return np.asarray(used_energy_j(steady_mps, scenario.slot_s)), float(speed_mps[1] * scenario.slot_s)
 
 
-def tabulate(scenario: Scenario, vel_from_mps: FloatArray, vel_to_mps: FloatArray) -> tuple[FloatArray, FloatArray]:
+def tabulate(
+    scenario: Scenario, vel_from_mps: FloatArray, vel_to_mps: FloatArray, vel_end_mps: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Displacements [..., 2] and energies [...] of a slot, velocities [..., 2] broadcast against each other."""
-    path_m, speeds_mps = _slot(scenario, vel_from_mps, vel_to_mps)
+    path_m, speeds_mps = _slot(scenario, vel_from_mps, vel_to_mps, vel_end_mps)
     return np.ascontiguousarray(path_m[..., -1, :]), np.asarray(used_energy_j(speeds_mps, scenario.slot_s))
 
 
-def _points_m(scenario: Scenario, vel_from_mps: FloatArray, vel_to_mps: FloatArray) -> FloatArray:
+def _points_m(
+    scenario: Scenario, vel_from_mps: FloatArray, vel_to_mps: FloatArray, vel_end_mps: FloatArray
+) -> FloatArray:
     """The way and the braking after it, seen from the start: [..., P, 2]."""
-    path_m, _ = _slot(scenario, vel_from_mps, vel_to_mps)
+    path_m, _ = _slot(scenario, vel_from_mps, vel_to_mps, vel_end_mps)
     end_m = path_m[..., -1, :]
-    to_rest_m = stopping_point_m(np.zeros_like(end_m), vel_to_mps, scenario.max_accel_mps2)
+    to_rest_m = stopping_point_m(np.zeros_like(end_m), vel_end_mps, scenario.max_accel_mps2)
     braking_m = end_m[..., None, :] + slot_times_s(end_m, 1.0, BRAKING_SAMPLES)[:, None] * to_rest_m[..., None, :]
     return np.concatenate((path_m, braking_m), axis=-2)
 
 
-def _slot(scenario: Scenario, vel_from_mps: FloatArray, vel_to_mps: FloatArray) -> tuple[FloatArray, FloatArray]:
-    start, goal = np.broadcast_arrays(vel_from_mps, vel_to_mps)
-    path_m, speeds_mps = slot_path_m(np.zeros_like(goal), start, goal, scenario.max_accel_mps2, scenario.slot_s)
-    return path_m, speeds_mps
+def _slot(
+    scenario: Scenario, vel_from_mps: FloatArray, vel_to_mps: FloatArray, vel_end_mps: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    start, goal, end = np.broadcast_arrays(vel_from_mps, vel_to_mps, vel_end_mps)
+    accel_mps2, slot_s = scenario.max_accel_mps2, scenario.slot_s
+    is_plain = vel_end_mps is vel_to_mps or np.array_equal(end, goal)
+    return slot_path_m(np.zeros_like(goal), start, goal, accel_mps2, slot_s, None if is_plain else end)
 
 
 def make_walls(scenario: Scenario) -> Walls:

@@ -29,6 +29,7 @@ from policy.search.leaf import LeafValue, leaf_states
 from policy.search.plan import Alternative, Kept, Plan
 from policy.search.polish import Legs, Paths, cruise, joint_price, keep_up, polish, ways_j
 from policy.search.problem import Problem
+from policy.world.actions import ActionSet
 from policy.world.arrays import FloatArray, IntArray
 from policy.world.frames import heading_rad
 from policy.world.scenario import Scenario
@@ -115,19 +116,21 @@ def _finished(problem: Problem, found: _Candidate, kept_value: float | None) -> 
         first_action=_first_action(problem, actions, path_m, vel_mps),
         value=found.value,
         kept_value=kept_value,
-        alternatives=tuple(_alternatives(found.rounds, uav) for uav in range(problem.scenario.num_uavs)),
+        alternatives=tuple(
+            _alternatives(problem.moves.actions, found.rounds, uav) for uav in range(problem.scenario.num_uavs)
+        ),
     )
 
 
 def _first_action(problem: Problem, actions: IntArray, path_m: FloatArray, vel_mps: FloatArray) -> JointAction:
     """The commands of the table, or, where places are free, those that fly the first leg."""
-    table, first, scenario = problem.moves.actions, actions[:, 0], problem.scenario
+    table, first, scenario = problem.moves.table, actions[:, 0], problem.scenario
     if not problem.is_polished:
-        return JointAction(table.heading_rad[first], table.speed_mps[first])
+        return problem.moves.command(first)
     if math.isinf(scenario.max_accel_mps2):
         vel = (path_m[:, 0] - problem.state.uav_pos_enu_m) / scenario.slot_s
         return JointAction(heading_rad(vel), np.minimum(np.hypot(vel[:, 0], vel[:, 1]), scenario.max_speed_mps))
-    vel, end = table.vel_enu_mps[first], table.vel_enu_mps[first].copy()
+    vel, end = table.vel_mps[first], table.end_mps[first]
     for uav in problem.planned:
         ends = problem.start_m[uav], problem.start_mps[uav], path_m[uav, 0], vel_mps[uav, 0]
         east, north, found = cruise(_legs(scenario), *(_pair(place) for place in ends))
@@ -217,7 +220,7 @@ def _take_up(problem: Problem, draft: Draft, kept: Kept, uav: int) -> None:
         flown = np.where(padded == NO_MOVE, 0, padded)
     else:
         flown, path_m = follow(_scene(problem), problem.start(uav), padded)
-        vel_mps = problem.moves.actions.vel_enu_mps[flown]
+        vel_mps = problem.moves.table.end_mps[flown]
     draft.actions[uav], draft.path_m[uav], draft.vel_mps[uav] = flown, path_m, vel_mps
     draft.length[uav] = length  # its open end stays open for the search to fill
     draft.gap_m[uav] = gaps_m(problem.users, path_m)
@@ -239,12 +242,17 @@ def _polish(problem: Problem, draft: Draft) -> None:
     polish(_scene(problem), paths, draft.gap_m, problem.planned, legs, problem.settings.polish_sweeps)
 
 
-def _alternatives(found: Rounds, uav: int) -> tuple[Alternative, ...]:
-    """The best of each other first move, best first."""
-    others: dict[int, float] = {}
+def _alternatives(actions: ActionSet, found: Rounds, uav: int) -> tuple[Alternative, ...]:
+    """The best of each other first command, best first; moves that only end differently are one."""
+    others: dict[tuple[float, float], Alternative] = {}
     prices, first = found.price[uav].tolist(), found.action[uav].tolist()
-    flown = first[found.best[uav]]
+    flown = _command(actions, first[found.best[uav]])
     for price, action in sorted(pair for pair in zip(prices, first, strict=True) if not math.isnan(pair[0])):
-        if action != flown and action not in others and len(others) < ALTERNATIVES:
-            others[action] = price
-    return tuple(Alternative(action, value) for action, value in others.items())
+        command = _command(actions, action)
+        if command != flown and command not in others and len(others) < ALTERNATIVES:
+            others[command] = Alternative(action, price)
+    return tuple(others.values())
+
+
+def _command(actions: ActionSet, action: int) -> tuple[float, float]:
+    return float(actions.heading_rad[action]), float(actions.speed_mps[action])

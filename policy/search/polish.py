@@ -129,13 +129,20 @@ def joint_price(
             age += users.weight[user] * aoi[user]
             missed += miss
         served = (users.present - missed) / max(users.present, 1)
-        total += discount * (age - prices.cover * served + prices.energy * energy_j[depth])
+        total += _age_price(prices, depth, horizon) * age
+        total += discount * (prices.energy * energy_j[depth] - prices.cover * served)
         discount *= prices.discount
     after = 0.0
     for user in range(count):
         if prices.end > 0.0:
             after += discount * prices.end * users.weight[user] * aoi[user] * gap[user]
     return total, after, aoi
+
+
+@compiled
+def _age_price(prices: Prices, depth: int, horizon: int) -> float:
+    """Of a slot of everyone's age at the end of a slot."""
+    return float(prices.discount**depth * (1.0 + (prices.last if depth + 1 == horizon else 0.0)))
 
 
 @compiled
@@ -192,13 +199,15 @@ def _shift(
     who = _in_play(users, around.others_gap_m, path_m, depth, last)
     then = _crowd(users, last, around.others_gap_m[last], who)
     first = _crowd(users, depth, around.others_gap_m[depth], who) if last > depth else then
-    at_end = last == users.east_m.shape[0] - 1
+    horizon = users.east_m.shape[0]
+    at_end = last == horizon - 1
     age = np.ones(then.shape[1], np.float32)
     for index in range(who.size):
         user = who[index]
         age[index] = aoi[user]
-        first[PER_SLOT, index] = np.float32(prices.discount**depth) * users.weight[user]
-        then[PER_SLOT, index] = np.float32(discount) * users.weight[user] + (ZERO if at_end else slope[user])
+        first[PER_SLOT, index] = np.float32(_age_price(prices, depth, horizon)) * users.weight[user]
+        then[PER_SLOT, index] = np.float32(_age_price(prices, last, horizon)) * users.weight[user]
+        then[PER_SLOT, index] += ZERO if at_end else slope[user]
         then[PER_SLOT_METRE, index] = slope[user] if at_end else ZERO
     cover = np.float32(discount * prices.cover / max(users.present, 1))
     turn = GOLDEN_RAD * (7 * depth + 31 * sweep)
@@ -538,14 +547,14 @@ def _slopes(users: Users, prices: Prices, gap_m: Float32Array) -> Float32Array:
     for user in range(count):
         slope[horizon - 1, user] = discount * np.float32(prices.end) * users.weight[user]
     for depth in range(horizon - 2, -1, -1):
-        discount = np.float32(prices.discount ** (depth + 1))
+        age_price = np.float32(_age_price(prices, depth + 1, horizon))
         is_next_last = depth + 1 == horizon - 1
         for user in range(count):
             miss = min(gap_m[depth + 1, user] * users.fade_per_m[depth + 1, user], ONE)
             after = slope[depth + 1, user]
             if is_next_last:
                 after *= gap_m[depth + 1, user] if miss > ZERO else ZERO
-            slope[depth, user] = miss * (discount * users.weight[user] + after)
+            slope[depth, user] = miss * (age_price * users.weight[user] + after)
     return slope
 
 

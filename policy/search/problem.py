@@ -12,7 +12,7 @@ from policy.search.moves import Moves, tabulate
 from policy.search.settings import SearchSettings
 from policy.world.airspace import hits_obstacle, inside_area, legal_moves
 from policy.world.arrays import BoolArray, FloatArray, IntArray
-from policy.world.motion import slot_path_m
+from policy.world.motion import change_time_s, slot_path_m
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState
 
@@ -46,6 +46,7 @@ class Prices(NamedTuple):
     leaf: float  # per slot of AoI and metre beyond the serving radius: what a path leaves to be done
     end: float  # the same at the horizon's end: 0 where the campaign ends with it
     discount: float  # a slot
+    last: float  # of ages at the horizon's end beside their own: above 0 where the campaign ends with it
 
 
 class Effort(NamedTuple):
@@ -140,12 +141,12 @@ def _starts(scenario: Scenario, moves: Moves, state: WorldState) -> Start:
     if math.isinf(scenario.max_accel_mps2):  # the present velocity means nothing: any row of the table is its own
         step_m, energy_j = (np.repeat(row[:1], num_uavs, axis=0) for row in (table.step_m, table.energy_j))
     else:
-        step_m, energy_j = tabulate(scenario, state.uav_vel_enu_mps[:, None, :], vel[None])
+        step_m, energy_j = tabulate(scenario, state.uav_vel_enu_mps[:, None, :], vel[None], table.end_mps[None])
     return Start(
         pos_m=np.array(state.uav_pos_enu_m, dtype=np.float64, order="C"),
         step_m=_with_own_row(table.step_m, step_m),
         energy_j=_with_own_row(table.energy_j, energy_j),
-        allowed=_with_own_row(table.reachable, first_moves(scenario, state, vel)),
+        allowed=_with_own_row(table.reachable, first_moves(scenario, state, vel, table.end_mps)),
     )
 
 
@@ -156,8 +157,11 @@ def _with_own_row(table: Any, own: Any) -> Any:
     return rows
 
 
-def first_moves(scenario: Scenario, state: WorldState, vel_command_mps: FloatArray) -> BoolArray:
-    """Commands [A, 2] that each UAV may fly now, bool [U, A]: the world's legal ones, or else the way back.
+def first_moves(
+    scenario: Scenario, state: WorldState, vel_command_mps: FloatArray, vel_end_mps: FloatArray
+) -> BoolArray:
+    """Moves (commanded and at the end [A, 2]) that each UAV may fly now, bool [U, A]: the world's legal ones, or else
+    the way back.
 
     Wind or a late setpoint can leave a UAV outside or beside an obstacle, where no move is legal from its
     beginning on. Then those that end clear are allowed; failing these the one that ends nearest to the middle.
@@ -168,15 +172,20 @@ def first_moves(scenario: Scenario, state: WorldState, vel_command_mps: FloatArr
         ends_m = pos_m + scenario.slot_s * vel_command_mps[None]
         allowed = np.array(inside_area(pos_m, scenario) & inside_area(ends_m, scenario))
     else:
-        allowed = np.array(legal_moves(pos_m, vel_mps, vel_command_mps[None], scenario))
+        allowed = np.array(legal_moves(pos_m, vel_mps, vel_command_mps[None], scenario, vel_end_mps[None]))
+        accel = scenario.max_accel_mps2
+        turn_s = change_time_s(vel_command_mps, vel_end_mps, accel)  # a turn that is not complete ends elsewhere
+        allowed &= (turn_s == 0.0) | (change_time_s(vel_mps, vel_command_mps, accel) + turn_s <= scenario.slot_s)
     for uav in np.flatnonzero(~allowed.any(axis=1)):
-        allowed[uav] = _way_back(scenario, pos_m[uav], vel_mps[uav], vel_command_mps)
+        allowed[uav] = _way_back(scenario, pos_m[uav], vel_mps[uav], vel_command_mps, vel_end_mps)
     return allowed
 
 
-def _way_back(scenario: Scenario, pos_m: FloatArray, vel_mps: FloatArray, vel_command_mps: FloatArray) -> BoolArray:
-    start, vel, goal = np.broadcast_arrays(pos_m, vel_mps, vel_command_mps)
-    path_m, _ = slot_path_m(start, vel, goal, scenario.max_accel_mps2, scenario.slot_s)
+def _way_back(
+    scenario: Scenario, pos_m: FloatArray, vel_mps: FloatArray, vel_command_mps: FloatArray, vel_end_mps: FloatArray
+) -> BoolArray:
+    start, vel, goal, end = np.broadcast_arrays(pos_m, vel_mps, vel_command_mps, vel_end_mps)
+    path_m, _ = slot_path_m(start, vel, goal, scenario.max_accel_mps2, scenario.slot_s, end)
     end_m = path_m[:, -1]
     clear: BoolArray = inside_area(end_m, scenario) & ~hits_obstacle(end_m, scenario, scenario.obstacle_margin_m)
     if clear.any():
@@ -234,6 +243,7 @@ def _prices(scenario: Scenario, settings: SearchSettings, full_speed_j: float, i
         leaf=settings.leaf_weight / reach_m,
         end=0.0 if is_last else settings.leaf_weight / reach_m,
         discount=settings.discount,
+        last=settings.last_weight if is_last else 0.0,
     )
 
 

@@ -1,6 +1,7 @@
 """What an operator does, in a real browser."""
 
 import re
+import time
 from collections.abc import Callable
 
 import pytest
@@ -87,15 +88,22 @@ def test_the_map_shows_drones_that_move_and_users_by_age(page: Page, shot: Shot)
     fly_demo(page)
     expect(page.get_by_test_id("map")).to_have_attribute("data-users", "60")
     expect(page.get_by_test_id("map")).to_have_attribute("data-drones", "2")
-    before = drawn_map(page)
-    expect(page.get_by_test_id("slot-clock")).to_contain_text(re.compile(r"slot [3-9] of 60"))
-    assert drawn_map(page) != before
+    slot, before = slot_of(page), drawn_map(page)
+    expect(page.get_by_test_id("slot-clock")).not_to_contain_text(f"slot {slot} of")
+    until_drawn_anew(page, before)
     expect(page.get_by_text("Users' AoI, slots")).to_be_visible()
     shot(page, "dashboard_flying")
 
 
 def drawn_map(page: Page) -> bytes:
     return page.get_by_test_id("map").screenshot()
+
+
+def until_drawn_anew(page: Page, before: bytes) -> None:
+    """The clock is told before the picture is drawn, and software WebGL on a busy machine takes its time."""
+    deadline_s = time.monotonic() + 10.0
+    while drawn_map(page) == before:
+        assert time.monotonic() < deadline_s, "the map shows what it showed a slot ago"
 
 
 def test_letting_go_early_does_nothing(page: Page, desk: Desk):

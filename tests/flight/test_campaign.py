@@ -144,6 +144,26 @@ class Flight:
         return "" if outcome.accepted else outcome.reason
 
 
+def test_no_slot_waits_for_the_store_and_none_is_told_before_it_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hundred drones' setpoints would wait with it; who watches waits, and a killed server closes it again."""
+    flight, waits, stored = Flight(), [], 1
+    monkeypatch.setattr(MemoryJournal, "settle", lambda journal: waits.append(len(journal.slots)) or True)
+
+    def durability(journal: MemoryJournal) -> Callable[[], bool]:
+        records = len(journal.slots)
+        return lambda: records <= stored
+
+    monkeypatch.setattr(MemoryJournal, "durability", durability)
+    flight.start()
+    flight.until(lambda s: len(flight.journal.slots) == 3)
+    told = flight.loop.snapshot().campaign
+    assert told is not None
+    assert (told.slot, flight.manager.campaign.slots.slot) == (0, 2)
+    assert set(waits) == {0}, "before the first slot the launch's orders and states were waited for"
+    stored = 3
+    assert flight.loop.tick().campaign.slot == 2
+
+
 @pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
 def test_a_campaign_from_the_pads_to_the_pads(autopilot: str) -> None:
     flight = Flight(autopilot=autopilot)

@@ -77,6 +77,23 @@ def test_killed_in_a_slot_the_clock_goes_on_and_the_books_are_caught_up(
     check_end(flight)
 
 
+def test_killed_before_a_slot_that_it_had_closed_was_written() -> None:
+    """The flight waits for no slot's record: what the store had not taken is closed again by who comes next."""
+    flight = Flight()
+    flight.start()
+    begun_s = flight.until_slot(2).time_s
+    assert flight.journal.slots.pop().slot == 2
+    while flight.journal.checkpoints[-1].slot >= 2:
+        flight.journal.checkpoints.pop(), flight.journal.checkpoint_times_s.pop()
+    restart(flight, 4.0)
+    flight.until(lambda s: "campaign.resumed" in flight.journal.kinds())
+    resumed = next(event for event in flight.journal.events if event.kind == "campaign.resumed")
+    assert resumed.data["missed_slots"] == [2]
+    end_s = flight.until_state(CampaignState.RECOVERING).time_s
+    assert end_s == pytest.approx(begun_s + 15.0 * (SLOTS - 2), abs=0.2), "the slot clock is the wall's"
+    check_end(flight)
+
+
 def test_killed_while_paused_it_stays_paused_with_its_clock_stopped() -> None:
     flight = Flight()
     flight.start()

@@ -1,6 +1,7 @@
 """The loop itself: order of a tick, missed ticks, spreading, requests from other threads."""
 
 import threading
+from itertools import pairwise
 
 import pytest
 from fake_fleet import FakeFleet, FakeVehicle, MemoryJournal
@@ -80,6 +81,51 @@ def test_a_large_fleet_is_sent_to_in_bursts_within_the_tick() -> None:
     assert len(fleet.sent) == 35
     assert len(starts) == 4
     assert starts[-1] < TICK_S
+
+
+class Laborious(FakeFleet):
+    """Taking in what the vehicles say costs a script of times, in seconds per tick."""
+
+    def __init__(self, count: int, clock: JumpyClock, work_s: list[float]) -> None:
+        super().__init__(FRAME, [FakeVehicle(i + 1, 0.0, 0.0) for i in range(count)])
+        self._clock, self._work_s = clock, list(work_s)
+
+    def poll(self, now_s: float) -> None:
+        super().poll(now_s)
+        self._clock.wait_until(self._clock.now_s() + self._work_s.pop(0))
+
+
+def sent_s(work_s: list[float], count: int = 100) -> list[list[float]]:
+    """When each drone was sent to, tick by tick: [tick][drone]."""
+    clock, journal = JumpyClock([]), MemoryJournal()
+    fleet = Laborious(count, clock, work_s)
+    loop = FlightLoop(clock, fleet, Crowd(fleet, journal, count), journal)
+    for _ in work_s:
+        loop.tick()
+    times_s = [time_s for time_s, _ in fleet.sent]
+    return [times_s[tick * count : (tick + 1) * count] for tick in range(len(work_s))]
+
+
+def test_a_large_fleets_setpoints_leave_evenly_however_long_a_tick_works() -> None:
+    even = sent_s([0.0] * 6)
+    assert sent_s([0.0, 0.012, 0.045, 0.001, 0.05, 0.02]) == even
+    assert even[0][0] == pytest.approx(0.5 * TICK_S)
+    assert even[0][-1] < 0.9 * TICK_S, "the next tick is not late for them"
+    periods_s = [later[i] - before[i] for before, later in pairwise(even) for i in (0, 99)]
+    assert periods_s == pytest.approx([TICK_S] * 10)
+
+
+def test_a_tick_that_works_for_longer_delays_the_first_ones_only_and_never_sends_in_one_burst() -> None:
+    late, even = sent_s([0.06])[0], sent_s([0.0])[0]
+    assert late[0] == pytest.approx(0.06)
+    assert late[-1] == pytest.approx(even[-1], abs=1e-3), "the last ones leave at their time"
+    starts_s = sorted(set(sent_s([0.2])[0]))
+    assert len(starts_s) == 10
+    assert min(later - before for before, later in pairwise(starts_s)) > 0.0015
+
+
+def test_a_small_fleets_setpoints_leave_at_once() -> None:
+    assert sent_s([0.003], count=3) == [[0.003] * 3]
 
 
 def test_who_watches_does_not_wait_for_the_setpoints_of_a_large_fleet(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -108,7 +108,7 @@ def test_a_poll_of_three_seconds(autopilot: str) -> None:
 
 def test_the_rest_of_a_fleet_is_told_to_stop_when_the_sending_itself_is_held_up() -> None:
     """Bursts of ten: the second one's wait takes half a second longer than it should."""
-    clock, journal = JumpyClock([0.0, 2.0 * LATE_S]), MemoryJournal()
+    clock, journal = JumpyClock([0.0, 0.0, 2.0 * LATE_S]), MemoryJournal()
     fleet = FakeFleet(FRAME, [FakeVehicle(i + 1, 0.0, 0.0) for i in range(35)], is_virtual=False)
     safe = [moving(i + 1) for i in range(35)]
 

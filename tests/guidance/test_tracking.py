@@ -119,6 +119,29 @@ def test_after_its_end_the_reference_goes_on_and_before_its_start_it_waits() -> 
     assert path.outline()[-1][0] == pytest.approx(650.0)
 
 
+def test_a_reference_keeps_what_it_was_made_from() -> None:
+    """It is worked out when it is asked for, and a policy may use its arrays again for the next slot."""
+    here, now, goal, end = (np.array([pair]) for pair in ((500.0, 500.0), (0.0, 18.0), (18.0, 0.0), (0.0, 9.0)))
+    limits = {"max_accel_mps2": ACCEL, "slot_s": SLOT_S, "start_s": 0.0}
+    (path,) = slot_references(here, now, goal, vel_end_mps=end, **limits)
+    (same,) = slot_references(here, now, goal, vel_end_mps=end, **limits)
+    before = [path.at(0.1 * tick) for tick in range(170)]
+    for values in (here, now, goal, end):
+        values[:] = -99.0
+    assert [same.at(0.1 * tick) for tick in range(170)] == before
+
+
+def test_uavs_of_a_fleet_have_references_of_their_own() -> None:
+    rng = np.random.default_rng(4)
+    arrays = [rng.normal(0.0, 9.0, (3, 2)) for _ in range(4)]
+    limits = {"max_accel_mps2": ACCEL, "slot_s": SLOT_S, "start_s": 2.0}
+    fleet = slot_references(*arrays[:3], vel_end_mps=arrays[3], **limits)
+    for i, path in enumerate(fleet):
+        (alone,) = slot_references(*(a[i : i + 1] for a in arrays[:3]), vel_end_mps=arrays[3][i : i + 1], **limits)
+        assert [path.at(t) for t in (0.0, 3.3, 9.1, 16.9, 21.0)] == [alone.at(t) for t in (0.0, 3.3, 9.1, 16.9, 21.0)]
+        assert path.outline() == alone.outline()
+
+
 def test_approach_arrives_and_stays_in_wind() -> None:
     body = LaggingMass(wind=(8.0, 0.0))
     for _ in range(900):

@@ -9,17 +9,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from policy.search.kernel import Scene, _legal
+from policy.search.kernel import Rounds, Scene, _legal
 from policy.search.leaf import leaf_states
 from policy.search.moves import make_moves
 from policy.search.plan import Plan
-from policy.search.planner import final_beam, make_plan
+from policy.search.planner import _alternatives, final_beam, make_plan
 from policy.search.problem import Problem, make_problem
-from policy.search.settings import SearchSettings
+from policy.search.settings import SearchSettings, settings_for
+from policy.world.actions import ActionSet, make_actions
 from policy.world.airspace import legal_moves
 from policy.world.geometry import pairwise_distance_m
 from policy.world.scenario import Area, Objective, Obstacle, Scenario
-from policy.world.state import JointAction, WorldState, initial_state
+from policy.world.state import WorldState, initial_state
 from policy.world.transition import step
 
 TINY = SearchSettings(horizon_slots=3, beam=125, num_headings=4, cell_m=0.001, discount=0.9, rebuilds=0)
@@ -57,26 +58,31 @@ def problem_of(place: Scenario, state: WorldState, how: SearchSettings = TINY) -
 def price(problem: Problem, actions: np.ndarray) -> float:
     """A joint plan [U, H] flown by the world's own transition and priced by hand; infinite where not legal."""
     place, state, how = problem.scenario, problem.state, problem.settings
-    table, total = problem.moves.actions, 0.0
+    total, reachable = 0.0, problem.moves.table.reachable
     for depth, chosen in enumerate(actions.T):
-        joint = JointAction(table.heading_rad[chosen], table.speed_mps[chosen])
-        if not np.all(legal_moves(state.uav_pos_enu_m, state.uav_vel_enu_mps, joint.vel_enu_mps, place)):
+        if depth > 0 and not np.all(reachable[actions[:, depth - 1], chosen]):
+            return math.inf  # ends elsewhere than its move says
+        joint = problem.moves.command(chosen)
+        now = state.uav_pos_enu_m, state.uav_vel_enu_mps
+        if not np.all(legal_moves(*now, joint.vel_enu_mps, place, joint.end_vel_enu_mps)):
             return math.inf
         state, outcome = step(place, state, joint, state.user_pos_enu_m)
-        slot = np.mean(state.user_aoi_slots) - problem.prices.cover * np.mean(outcome.served)
+        left = how.last_weight if state.slot == place.slots else 0.0
+        slot = (1.0 + left) * np.mean(state.user_aoi_slots) - problem.prices.cover * np.mean(outcome.served)
         total += how.discount**depth * float(slot + problem.prices.energy * np.sum(outcome.energy_j))
     away_m = pairwise_distance_m(state.uav_pos_enu_m, state.user_pos_enu_m).min(axis=0)
     slots = np.maximum(away_m - place.serving_radius_m, 0.0) / (place.max_speed_mps * place.slot_s)
-    wait = how.leaf_weight * np.mean(state.user_aoi_slots * slots)
+    wait = how.leaf_weight * np.mean(state.user_aoi_slots * slots) if state.slot < place.slots else 0.0
     return total + how.discount ** actions.shape[1] * float(wait)
 
 
-@pytest.mark.parametrize("accel", [math.inf, 4.5, 2.5])
+@pytest.mark.parametrize(("accel", "turns"), [(math.inf, ()), (4.5, ()), (2.5, ()), (4.5, (1.0,)), (2.5, (-0.8,))])
 @pytest.mark.parametrize("seed", [0, 1, 2])
-def test_a_wide_beam_finds_what_exhaustive_search_finds(seed: int, accel: float) -> None:
+def test_a_wide_beam_finds_what_exhaustive_search_finds(seed: int, accel: float, turns: tuple[float, ...]) -> None:
     place = scenario(accel=accel, obstacles=(TOWER,), objective=Objective(c_cover=1.0, c_energy=5.0))
-    problem = problem_of(place, state_of(place, seed))
-    every = itertools.product(range(problem.moves.actions.size), repeat=3)
+    how = replace(TINY, end_turns_rad=turns, horizon_slots=2 if turns else 3)
+    problem = problem_of(place, state_of(place, seed), how)
+    every = itertools.product(range(problem.moves.actions.size), repeat=how.horizon_slots)
     best = min(price(problem, np.array([actions])) for actions in every)
     plan = make_plan(problem)
     assert plan.value == pytest.approx(best, rel=1e-5)
@@ -89,6 +95,18 @@ def test_the_value_is_what_the_world_makes_of_the_joint_plan(seed: int) -> None:
     problem = problem_of(place, state_of(place, seed))
     plan = make_plan(problem)
     assert plan.value == pytest.approx(price(problem, plan.actions), rel=1e-5)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_what_is_left_when_the_campaign_ends_counts_beside_its_slot(seed: int) -> None:
+    place, how = scenario(objective=Objective(c_cover=1.0, c_energy=5.0)), replace(TINY, last_weight=2.0)
+    state = replace(state_of(place, seed), slot=place.slots - 3)
+    problem = problem_of(place, state, how)
+    every = itertools.product(range(problem.moves.actions.size), repeat=3)
+    best = min(price(problem, np.array([actions])) for actions in every)
+    plan = make_plan(problem)
+    assert plan.value == pytest.approx(best, rel=1e-5)
+    assert price(problem, plan.actions) == pytest.approx(best, rel=1e-5)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -109,15 +127,17 @@ def test_a_kept_plan_never_gets_worse(seed: int) -> None:
     accel=st.sampled_from([math.inf, 4.5, 2.5, 1.3]),
     east=st.floats(0.0, 1200.0),
     north=st.floats(0.0, 1100.0),
-    last=st.integers(0, 16),
+    last=st.integers(0, 32),
 )
 def test_the_kernel_and_the_world_agree_on_what_is_legal(accel: float, east: float, north: float, last: int) -> None:
     place = scenario(accel=accel, obstacles=(TOWER,))
-    problem = problem_of(place, state_of(place, 0), SearchSettings())
-    vel = problem.moves.actions.vel_enu_mps
+    problem = problem_of(place, state_of(place, 0), SearchSettings(end_turns_rad=(0.7,)))
+    vel, end = problem.moves.table.vel_mps, problem.moves.table.end_mps
+    last %= len(vel)
     scene = Scene(problem.users, problem.prices, problem.moves.table, problem.moves.walls, problem.effort)
     ours = _legal(scene, problem.start(0), (east, north), last)
-    worlds = legal_moves(np.array([[east, north]]), vel[last][None], vel, place) & problem.moves.table.reachable[last]
+    worlds = legal_moves(np.array([[east, north]]), end[last][None], vel, place, end)
+    worlds &= problem.moves.table.reachable[last]
     if worlds.any():
         assert np.array_equal(ours, worlds)
     else:
@@ -207,7 +227,7 @@ def test_an_injected_leaf_value_that_is_the_closed_form_leads_to_the_same_plan(s
 @pytest.mark.parametrize("accel", [math.inf, 4.5])
 def test_leaf_states_are_where_the_world_would_be(accel: float) -> None:
     place = scenario(num_uavs=2, num_users=6, accel=accel)
-    problem = problem_of(place, state_of(place, 4), SearchSettings(horizon_slots=4, beam=10))
+    problem = problem_of(place, state_of(place, 4), SearchSettings(horizon_slots=4, beam=10, end_turns_rad=(0.7, -0.7)))
     plan = make_plan(problem)
     beam = final_beam(problem, plan, 1)
     states = leaf_states(problem, beam, 1, plan.actions, plan.path_enu_m)
@@ -220,10 +240,9 @@ def test_leaf_states_are_where_the_world_would_be(accel: float) -> None:
 
 
 def flown(problem: Problem, plan: Plan) -> WorldState:
-    state, table = problem.state, problem.moves.actions
+    state = problem.state
     for chosen in plan.actions.T:
-        joint = JointAction(table.heading_rad[chosen], table.speed_mps[chosen])
-        state, _ = step(problem.scenario, state, joint, state.user_pos_enu_m)
+        state, _ = step(problem.scenario, state, problem.moves.command(chosen), state.user_pos_enu_m)
     return state
 
 
@@ -244,6 +263,29 @@ def test_the_horizon_ends_with_the_campaign() -> None:
     assert make_plan(problem).actions.shape == (1, 2)
 
 
+@pytest.mark.parametrize(("accel", "turned"), [(math.inf, False), (4.5, False), (2.5, True)])
+def test_slots_may_end_turned_where_a_right_angle_takes_most_of_one(accel: float, turned: bool) -> None:
+    place = scenario(accel=accel)
+    how = settings_for(place)
+    assert bool(how.end_turns_rad) is turned
+    table = make_moves(place, how).table
+    assert np.array_equal(table.end_mps, table.vel_mps) is not turned
+    assert np.allclose(np.hypot(*table.end_mps.T), np.hypot(*table.vel_mps.T))
+
+
+def test_moves_that_only_end_differently_are_one_alternative() -> None:
+    actions = make_actions(4, (18.0,))
+    twice = ActionSet(np.tile(actions.heading_rad, 2), np.tile(actions.speed_mps, 2))
+    found = Rounds(
+        kept_price=0.0,
+        price=np.array([[3.0, 1.0, 2.0, 4.0, 5.0, math.nan]]),
+        action=np.array([[2, 1, 6, 7, 3, 4]]),  # 6 commands what 1 does, 7 what 2 does
+        best=np.array([1]),
+    )
+    alternatives = _alternatives(twice, found, 0)
+    assert [(other.action, other.value) for other in alternatives] == [(2, 3.0), (3, 5.0)]
+
+
 def test_shifted_plans_end_open_and_bad_settings_are_refused() -> None:
     place = scenario()
     plan = make_plan(problem_of(place, state_of(place, 0)))
@@ -252,7 +294,14 @@ def test_shifted_plans_end_open_and_bad_settings_are_refused() -> None:
     assert np.array_equal(kept.vel_enu_mps[:, :-1], plan.vel_enu_mps[:, 1:])
     with pytest.raises(ValueError, match="forward"):
         plan.shifted(-1)
-    for wrong in ({"beam": 0}, {"speed_shares": ()}, {"speed_shares": (1.5,)}, {"discount": 0.0}, {"rebuilds": -1}):
+    for wrong in (
+        {"beam": 0},
+        {"speed_shares": ()},
+        {"speed_shares": (1.5,)},
+        {"discount": 0.0},
+        {"rebuilds": -1},
+        {"last_weight": -1.0},
+    ):
         with pytest.raises(ValueError, match=r"must|need"):
             SearchSettings(**wrong)
     with pytest.raises(ValueError, match="predicted places"):

@@ -13,7 +13,7 @@ from policy.search.moves import make_moves
 from policy.search.planner import make_plan
 from policy.search.polish import SHIFT_M, Legs, _in_play, cruise, joint_price, keep_up, polish, ways_j
 from policy.search.problem import Problem, make_problem
-from policy.search.settings import SearchSettings
+from policy.search.settings import HALF_TURNS_RAD, SearchSettings
 from policy.world.airspace import legal_moves
 from policy.world.geometry import pairwise_distance_m
 from policy.world.motion import slot_motion
@@ -31,10 +31,14 @@ def scenario(num_uavs: int, obstacles: tuple[Obstacle, ...] = (), objective: Obj
     return Scenario(area, launch, np.full(14, 0.02), objective=objective or Objective())
 
 
-def problem_of(place: Scenario, seed: int, how: SearchSettings, blur_m: float = 0.0) -> Problem:
+def problem_of(place: Scenario, seed: int, how: SearchSettings, blur_m: float = 0.0, slot: int = 0) -> Problem:
     rng = np.random.default_rng(seed)
     users = rng.uniform(0.0, 1.0, (place.num_users, 2)) * np.asarray(place.area.size_m)
-    state = replace(initial_state(place, users), user_aoi_slots=rng.integers(1, 20, place.num_users).astype(np.float64))
+    state = replace(
+        initial_state(place, users),
+        slot=slot,
+        user_aoi_slots=rng.integers(1, 20, place.num_users).astype(np.float64),
+    )
     blur = np.full((how.horizon_slots, place.num_users), blur_m)
     return make_problem(place, make_moves(place, how), state, how, None, blur)
 
@@ -48,16 +52,25 @@ def flown(problem: Problem, path_m: np.ndarray) -> tuple[float, WorldState]:
             return math.inf, state
         action = JointAction(np.arctan2(vel[:, 0], vel[:, 1]), np.hypot(vel[:, 0], vel[:, 1]))
         state, outcome = step(place, state, action, state.user_pos_enu_m)
-        slot = np.mean(state.user_aoi_slots) - problem.prices.cover * np.mean(outcome.served)
+        left = problem.settings.last_weight if state.slot == place.slots else 0.0
+        slot = (1.0 + left) * np.mean(state.user_aoi_slots) - problem.prices.cover * np.mean(outcome.served)
         total += float(slot + problem.prices.energy * np.sum(outcome.energy_j))
     return total, state
 
 
 @settings(max_examples=25, deadline=None)
-@given(seed=st.integers(0, 10_000), num_uavs=st.integers(1, 3), thrift=st.sampled_from([0.0, 0.05]))
-def test_a_polished_plan_is_flyable_and_priced_by_the_world(seed: int, num_uavs: int, thrift: float) -> None:
+@given(
+    seed=st.integers(0, 10_000),
+    num_uavs=st.integers(1, 3),
+    thrift=st.sampled_from([0.0, 0.05]),
+    slots_left=st.sampled_from([4, 120]),
+)
+def test_a_polished_plan_is_flyable_and_priced_by_the_world(
+    seed: int, num_uavs: int, thrift: float, slots_left: int
+) -> None:
     place = scenario(num_uavs, objective=Objective(c_cover=1.0, c_energy=5.0))
-    problem = problem_of(place, seed, replace(POLISHED, thrift=thrift))
+    how = replace(POLISHED, thrift=thrift, last_weight=2.0)
+    problem = problem_of(place, seed, how, slot=place.slots - slots_left)
     plan = make_plan(problem)
     cost, end = flown(problem, plan.path_enu_m)
     away_m = pairwise_distance_m(end.uav_pos_enu_m, end.user_pos_enu_m).min(axis=0)
@@ -169,13 +182,20 @@ def flown_with_inertia(problem: Problem, place: Scenario, slots: int) -> tuple[l
 
 
 @settings(max_examples=10, deadline=None)
-@given(seed=st.integers(0, 10_000), num_uavs=st.integers(1, 3), accel=accels, walled=st.booleans())
+@given(
+    seed=st.integers(0, 10_000),
+    num_uavs=st.integers(1, 3),
+    accel=accels,
+    walled=st.booleans(),
+    turns=st.sampled_from([(), HALF_TURNS_RAD]),
+)
 def test_with_inertia_every_slot_is_legal_and_ends_where_planned(
-    seed: int, num_uavs: int, accel: float, walled: bool
+    seed: int, num_uavs: int, accel: float, walled: bool, turns: tuple[float, ...]
 ) -> None:
     wall = Obstacle("wall", 150.0, ((300.0, 300.0), (420.0, 320.0), (400.0, 450.0)))
     place = scenario(num_uavs, (wall,) if walled else ()).with_accel(accel)
-    legal, off_m = flown_with_inertia(problem_of(place, seed, POLISHED), place, 5)
+    problem = problem_of(place, seed, replace(POLISHED, end_turns_rad=turns))
+    legal, off_m = flown_with_inertia(problem, place, 5)
     assert all(legal)
     assert max(off_m) < 0.05
 

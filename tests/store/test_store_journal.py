@@ -6,12 +6,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from sqlalchemy import Engine, event, text
 
+import gcs.store.journal as journal_module
 from gcs.ports import CampaignState, Event, Severity, SlotRecord, UavSlot, UserSlot
 from gcs.store.engine import open_engine
 from gcs.store.event_tail import EventTail
@@ -167,6 +169,27 @@ def test_what_follows_from_a_record_is_told_when_it_is_written_or_the_store_is_k
     assert journal.durability()()
     assert journal.close(WAIT_S)
     assert [numbered.event.kind for numbered in tail.since(0)][:2] == ["campaign.state", "store.failing"]
+
+
+def test_a_write_that_takes_long_is_told_though_nobody_waits_for_it(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, may_end, commit = threading.Event(), threading.Event(), StoreJournal._commit
+
+    def slow(self: StoreJournal, batch: Any) -> None:
+        begun.set()
+        assert may_end.wait(WAIT_S)
+        commit(self, batch)
+
+    monkeypatch.setattr(StoreJournal, "_commit", slow)
+    monkeypatch.setattr(journal_module, "PATIENCE_S", 0.0)
+    store.journal.record(Event(1.0, "a", "first"))
+    assert begun.wait(WAIT_S)
+    for number in range(3):
+        store.journal.record(Event(2.0 + number, "b", "while the first is being written"))
+    may_end.set()
+    assert store.journal.flush(WAIT_S)
+    assert [n.event.kind for n in store.tail.since(0)].count("store.late") == 1, "once, not at each record"
 
 
 def test_an_event_is_told_after_it_is_committed(store: Store) -> None:
