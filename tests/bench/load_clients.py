@@ -1,6 +1,6 @@
 """Clients of the load bench, in a process of their own.
 
-``pages BASE KEY SECONDS SYSID`` or ``ask BASE KEY SECONDS RATE``.
+``pages BASE KEY SECONDS SYSID``, ``ask BASE KEY SECONDS RATE`` or ``flood BASE KEY SECONDS CLIENTS``.
 Says "ready" when it has loaded, begins at the first line that it is told, and answers with one line of JSON.
 """
 
@@ -8,7 +8,8 @@ import json
 import sys
 import threading
 import time
-from http.client import HTTPConnection
+from collections import Counter
+from http.client import HTTPConnection, HTTPException
 from typing import Any
 
 from websockets.sync.client import connect
@@ -83,6 +84,31 @@ def ask(base: str, key: str, duration_s: float, per_s: float) -> dict[str, Any]:
     return {"latencies_s": latencies_s, "failed": len(failed)}
 
 
+def flood(base: str, key: str, duration_s: float, clients: int) -> dict[str, int]:
+    """As fast as the server answers, from several at once: how often each status came; a failure under its own name."""
+    answers: Counter[str] = Counter()
+
+    def worker(_index: int) -> None:
+        mine: Counter[str] = Counter()
+        ends_s = time.perf_counter() + duration_s
+        while time.perf_counter() < ends_s:
+            connection = HTTPConnection(base.removeprefix("http://"), timeout=30.0)
+            try:
+                while time.perf_counter() < ends_s:
+                    connection.request("GET", "/api/v1/events?limit=1000", headers={"Authorization": f"Bearer {key}"})
+                    got = connection.getresponse()
+                    got.read()
+                    mine[str(got.status)] += 1
+            except (HTTPException, OSError) as error:
+                mine[repr(error)] += 1
+            finally:
+                connection.close()
+        answers.update(mine)
+
+    _all_at_once(worker, clients)
+    return dict(answers)
+
+
 def _all_at_once(work: Any, count: int) -> None:
     threads = [threading.Thread(target=work, args=(index,)) for index in range(count)]
     for thread in threads:
@@ -96,11 +122,13 @@ def main() -> None:
     kind, base, key, seconds, number = sys.argv[1:]
     print("ready", flush=True)
     sys.stdin.readline()
-    answer = (
-        pages(base, key, float(seconds), int(number))
-        if kind == "pages"
-        else ask(base, key, float(seconds), float(number))
-    )
+    answer: dict[str, Any]
+    if kind == "pages":
+        answer = pages(base, key, float(seconds), int(number))
+    elif kind == "ask":
+        answer = ask(base, key, float(seconds), float(number))
+    else:
+        answer = flood(base, key, float(seconds), int(number))
     print(json.dumps(answer), flush=True)
 
 
