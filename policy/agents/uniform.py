@@ -34,7 +34,7 @@ class UniformAgent:
         return Decision(joint, explanation={"drawn_from": self._actions.size})
 
     def _choosable(self, state: WorldState) -> BoolArray:
-        """[U, 9], of the whole fleet at once: a hundred UAVs one by one would hold the interpreter for 30 ms."""
+        """[U, 9], of the whole fleet at once: one by one a hundred UAVs hold the interpreter six times as long."""
         if not self._keep_inside:
             return np.ones((state.uav_pos_enu_m.shape[0], self._actions.size), dtype=np.bool_)
         place, velocity = state.uav_pos_enu_m[:, None], state.uav_vel_enu_mps[:, None]

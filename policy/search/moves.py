@@ -142,9 +142,7 @@ def _slot(
     scenario: Scenario, vel_from_mps: FloatArray, vel_to_mps: FloatArray, vel_end_mps: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     start, goal, end = np.broadcast_arrays(vel_from_mps, vel_to_mps, vel_end_mps)
-    accel_mps2, slot_s = scenario.max_accel_mps2, scenario.slot_s
-    is_plain = vel_end_mps is vel_to_mps or np.array_equal(end, goal)
-    return slot_path_m(np.zeros_like(goal), start, goal, accel_mps2, slot_s, None if is_plain else end)
+    return slot_path_m(np.zeros_like(goal), start, goal, scenario.max_accel_mps2, scenario.slot_s, end)
 
 
 def make_walls(scenario: Scenario) -> Walls:
