@@ -14,7 +14,7 @@ from typing import Any
 from measures import summary
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from gcs.api.stream_session import SnapshotSource, change_text
+from gcs.api.stream_source import SnapshotSource, change_text
 from gcs.collector import leave_what_is_loaded
 from gcs.links.fleet_link import WiredFleetLink
 from gcs.links.pymavlink_link import PymavlinkWire
