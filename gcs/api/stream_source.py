@@ -10,7 +10,7 @@ from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 from pydantic import TypeAdapter
 
@@ -23,6 +23,8 @@ from policy.world.frames import LocalFrame
 
 EVENTS_KEPT = 500  # texts, for who asks for the same ones a moment later
 VEHICLES: TypeAdapter[list[VehicleView]] = TypeAdapter(list[VehicleView])
+_Change: TypeAlias = tuple[dict[str, Any] | None, str]
+"""What was told before, None: nothing; and what turns it into what is told now."""
 
 
 class Statics(Protocol):
@@ -74,7 +76,7 @@ class Tick:
     _texts: dict[bool, str] = field(default_factory=dict)  # without and with users
     _vehicles_json: bytes | None = None
     _told: dict[str, Any] | None = None
-    _changes: dict[tuple[int, bool], tuple[dict[str, Any], str]] = field(default_factory=dict)  # by identity of before
+    _changes: dict[tuple[int, bool], _Change] = field(default_factory=dict)  # by the identity of what was before
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def text(self, *, with_users: bool) -> str:
@@ -111,10 +113,7 @@ class Tick:
             if known is None or known[0] is not before:
                 if with_users:
                     now = now | {"campaign": now["campaign"] | {"users": self.users.told}}
-                text = change_text(before, now)
-                if before is None:
-                    return text
-                known = (before, text)  # holds it, so that no other gets its identity
+                known = (before, change_text(before, now))  # holds it, so that no other gets its identity
                 self._changes[(id(before), with_users)] = known
             return known[1]
 
