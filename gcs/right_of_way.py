@@ -1,10 +1,10 @@
 """The flight thread goes first in an interpreter that it shares with the web side.
 
 Python hands the interpreter on after ``sys.getswitchinterval()``, to whoever wakes first. A tick of a hundred drones is
-some 25 ms of work: it was taken from the flight 25 times a tick, each time for as long as others computed. So the
-interval is longer while the flight works, and short while it waits: it is handed the interpreter soon after it wakes.
-Not much longer: in a call that lets go of the interpreter (NumPy's with many numbers) the flight loses it too, and asks
-for it back after as long.
+some 25 ms of work, once a second 60: it was taken from the flight 25 times a tick, each time for as long as others
+computed. So the interval is longer while the flight works, and short while it waits: it is handed the interpreter soon
+after it wakes. In a call that lets go of the interpreter (NumPy's with many numbers) the flight loses it too, and asks
+for it back after as long; but the web side, which answers in small pieces, lets go of it after each.
 """
 
 import sys
@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from gcs.ports import FlightClock
 
 WAITING_S = 0.0005  # how long a busy thread keeps the flight from the interpreter when it wakes
-WORKING_S = 0.01  # how long a working flight keeps all others from it, and they the flight that let go of it
+WORKING_S = 0.08  # how long a working flight keeps all others from it: a tick's work, that of a hard one as well
 _here = threading.local()  # ``holds`` in the thread that keeps it
 
 

@@ -3,7 +3,7 @@
 pymavlink makes a large object of every frame: fifty a second from each of a hundred vehicles took half a core. Here
 the header says which kind a frame is, the checksum (CRC-16/MCRF4XX) is always looked at, and the fields are unpacked
 in one call where somebody reads them. Whatever is rare goes through pymavlink as ever: version 1, signed frames, texts,
-arrays, unknown kinds, and every frame of a link that has a key. ``tests/links/test_link_frame_reader.py`` holds the two
+unknown kinds, and every frame of a link that has a key. ``tests/links/test_link_frame_reader.py`` holds the two
 against each other (https://mavlink.io/en/guide/serialization.html).
 """
 
@@ -62,7 +62,7 @@ class FrameReader:
         if frame[0] != _V2 or frame[2] != 0 or self._codec.signing.secret_key is not None:
             return self._by_pymavlink(frame)
         kind = BY_NUMBER.get(frame[7] | frame[8] << 8 | frame[9] << 16)
-        if kind is None or (kind.is_read and not kind.is_plain):
+        if kind is None or (kind.is_read and kind.has_text):
             return self._by_pymavlink(frame)
         if mcrf4xx(frame[1:-2] + kind.check) != frame[-2] | frame[-1] << 8:
             return None

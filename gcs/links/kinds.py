@@ -2,8 +2,9 @@
 
 import inspect
 from collections import namedtuple
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from itertools import accumulate
 from struct import Struct
 from typing import Any, Final
 
@@ -11,7 +12,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 
 class Kind:
-    """One message kind. ``is_plain``: only numbers, so that its fields can be unpacked and packed in one call."""
+    """One message kind. ``is_plain``: each field is one number, so that all can be packed in one call; ``has_text``:
+    some are characters, which are not unpacked here.
+    """
 
     def __init__(self, kind: Any) -> None:
         self.kind = kind
@@ -24,25 +27,31 @@ class Kind:
         self.names = frozenset(self.fields)
         self.struct: Struct = kind.unpacker
         self.size: int = kind.unpacker.size
-        self.is_plain = not any(kind.lengths[i] != 1 for i in range(len(kind.lengths))) and not _has_text(kind)
+        self.has_text = any(code in kind.unpacker.format for code in "sc")
+        self.is_plain = all(length == 1 for length in kind.lengths) and not self.has_text
+        self._lengths = tuple(kind.lengths)
         self.is_read = kind.id not in _UNREAD
 
     @cached_property
     def body(self) -> Callable[[tuple[Any, ...]], Any]:
-        """Makes unpacked values a message with the fields as attributes."""
+        """Makes unpacked values a message with the fields as attributes, several numbers of one field as a list."""
         made: Any = namedtuple(self.name, self.fields)  # type: ignore[misc]  # the dialect names the fields
-        make: Callable[[tuple[Any, ...]], Any] = made._make
-        return make
+        make: Callable[[Sequence[Any]], Any] = made._make
+        if self.is_plain:
+            return make
+        ends = tuple(accumulate(self._lengths))
+        spans = tuple((end - length, end) for end, length in zip(ends, self._lengths, strict=True))
+
+        def gathered(values: tuple[Any, ...]) -> Any:
+            return make([values[at] if end - at == 1 else list(values[at:end]) for at, end in spans])
+
+        return gathered
 
     @cached_property
     def defaults(self) -> Mapping[str, Any]:
         """Of the fields that a sender may leave out: the extensions of MAVLink 2."""
         parameters = inspect.signature(self.kind.__init__).parameters.values()
         return {one.name: one.default for one in parameters if one.default is not inspect.Parameter.empty}
-
-
-def _has_text(kind: Any) -> bool:
-    return any(code in kind.unpacker.format for code in "sc")
 
 
 _UNREAD: Final = frozenset(  # numerous in a usual set of streams, and nothing here asks what they say

@@ -44,7 +44,13 @@ def seen(path: Path, name: str, system: int, component: int, sequence: int | Non
     """Comparable: NaN is as good as NaN; a kind that is not taken apart shows its header only."""
     kind = next((kind for kind in BY_NUMBER.values() if kind.name == name), None)
     fields = () if body is None or kind is None or not kind.is_read else tuple(getattr(body, n) for n in kind.fields)
-    return name, system, component, sequence, tuple("nan" if v != v else v for v in fields)
+    return name, system, component, sequence, tuple(map(_comparable, fields))
+
+
+def _comparable(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_comparable(one) for one in value]
+    return "nan" if value != value else value
 
 
 def frame_from(number: int, payload: bytes, flags: int = 0, sequence: int = 5) -> bytes:
