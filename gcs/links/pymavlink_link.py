@@ -75,6 +75,10 @@ class PymavlinkWire:
         """Datagrams thrown away unread so far, by address."""
         return {address: transport.skipped for address, transport in self._transports.items()}
 
+    def troubles(self) -> dict[str, str]:
+        """Why something could not be sent or read since the last call, by address."""
+        return {address: words for address, at in self._transports.items() if (words := at.take_trouble())}
+
     def close(self) -> None:
         """Release all sockets."""
         for transport in self._transports.values():

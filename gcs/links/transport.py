@@ -47,6 +47,9 @@ class Transport(Protocol):
     def peers(self) -> list[Peer]:
         """Everyone known."""
 
+    def take_trouble(self) -> str:
+        """Why something could not be sent or read since the last call; empty: nothing, or it is told otherwise."""
+
     def close(self) -> None: ...
 
 
@@ -109,7 +112,7 @@ class UdpTransport:
 
     def __init__(self, address: str, where: Peer, *, listening: bool, kept: int = KEPT_DATAGRAMS) -> None:
         self.address, self.skipped = address, 0
-        self._kept = kept
+        self._kept, self._trouble = kept, ""
         self._peers: dict[Peer, None] = {} if listening else {where: None}
         self._learns = listening
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -136,6 +139,9 @@ class UdpTransport:
                 batch = self._datagrams.receive()
             except ConnectionRefusedError:  # an ICMP answer to an earlier datagram: nobody listens there yet
                 continue
+            except OSError as error:  # this network is gone; the drones on others fly on
+                self._trouble = error.strerror or str(error)
+                break
             for data, peer in batch:
                 if self._learns:
                     self._peers[peer] = None
@@ -151,10 +157,19 @@ class UdpTransport:
         return list(self._peers)
 
     def write(self, data: bytes, peer: Peer | None) -> None:
-        """Send one datagram."""
+        """Send one datagram; what cannot leave is lost, as on a radio, whatever the reason (no route, no network)."""
         for target in [peer] if peer is not None else list(self._peers):
-            with contextlib.suppress(BlockingIOError, ConnectionRefusedError):
+            try:
                 self._datagrams.send(data, target)
+            except (BlockingIOError, ConnectionRefusedError):
+                continue
+            except OSError as error:
+                self._trouble = error.strerror or str(error)
+
+    def take_trouble(self) -> str:
+        """Why a datagram could not be sent or read since the last call."""
+        trouble, self._trouble = self._trouble, ""
+        return trouble
 
     def close(self) -> None:
         """Release the port."""
@@ -193,6 +208,10 @@ class TcpTransport:
     def peers(self) -> list[Peer]:
         """The other end."""
         return [self._where]
+
+    def take_trouble(self) -> str:
+        """Nothing: a broken connection is opened again, and its silence is told."""
+        return ""
 
     def write(self, data: bytes, peer: Peer | None) -> None:
         """Send; a broken or unfinished connection drops the bytes and is noticed by read."""
@@ -247,6 +266,10 @@ class SerialTransport:
     def peers(self) -> list[Peer]:
         """The other end."""
         return [self._peer]
+
+    def take_trouble(self) -> str:
+        """Nothing: a broken connection is opened again, and its silence is told."""
+        return ""
 
     def write(self, data: bytes, peer: Peer | None) -> None:
         """Send; what the line does not take at once is dropped, as a radio would."""
