@@ -11,6 +11,7 @@ from gcs.links.commands import (
     NotSendableError,
     RefusedTicket,
     encode_command,
+    withdraws,
 )
 from gcs.links.modes import PX4
 from gcs.links.parameters import ParameterReader, decode_value, limits_from
@@ -90,14 +91,15 @@ class VehicleSession:
         self._boot_clock.answered(boot_s, asked_s)
 
     def submit(self, command: VehicleCommand, now_s: float) -> CommandTicket:
-        """Open an order; a newer one with the same command number replaces an unanswered one."""
+        """Open an order; it replaces unanswered ones with the same command number, and those that it withdraws."""
         try:
             wire = encode_command(command, self.status)
         except NotSendableError as reason:
             return RefusedTicket(command, str(reason))
-        earlier = self._commands.get(wire.number)
-        if earlier is not None:
-            earlier.supersede(now_s, command.kind)
+        for number, earlier in list(self._commands.items()):
+            if number == wire.number or withdraws(command.kind, earlier.command.kind):
+                earlier.supersede(now_s, command.kind)
+                del self._commands[number]
         transaction = CommandTransaction(command, wire, now_s)
         self._commands[wire.number] = transaction
         return transaction
