@@ -6,12 +6,12 @@ from gcs.mission.drone import Control, Drone
 from gcs.mission.resume import STREAM_LOST_MODES
 from gcs.mission.script import Script
 from gcs.mission.steps import (
-    DISARM_STEPS,
     FOLLOW_STEPS,
     HOME_STEPS,
     LAND_HERE_STEPS,
     REGAIN_STEPS,
     RETURN_STEPS,
+    STAND_DOWN_STEPS,
     Climb,
     FlyTo,
 )
@@ -91,7 +91,7 @@ def bring_down(drone: Drone) -> None:
     elif drone.is_airborne:
         drone.script = Script(LAND_HERE_STEPS)
         drone.control = Control.AUTOPILOT
-    elif drone.status is not None and drone.status.armed:
-        drone.script = Script(DISARM_STEPS)
+    elif drone.launch_ordered or (drone.status is not None and drone.status.armed):
+        drone.script = Script(STAND_DOWN_STEPS)
     else:
         drone.script, drone.landed = Script(()), True
