@@ -37,10 +37,23 @@ def take_back(drone: Drone, state: CampaignState, *, stopped: bool) -> None:
 
 
 def send_home(drone: Drone) -> None:
-    """Out of the slots and home in its own layer, under our control."""
-    drone.script = Script(HOME_STEPS)
+    """Out of the slots and home in its own layer, under our control: one that does not obey yet is taken over first."""
+    if drone.halted or drone.control is Control.STREAM:
+        _regain_and_go_home(drone)
+    else:
+        drone.script = Script(HOME_STEPS)
     if drone.status is not None and not drone.status.motors_ok:
-        drone.top_mps = LAME_MPS
+        slow_down(drone)
+
+
+def slow_down(drone: Drone) -> bool:
+    """A motor has failed: no faster than this from now on, on the way that it is flying as well. False: known already."""
+    if drone.top_mps <= LAME_MPS:
+        return False
+    drone.top_mps = LAME_MPS
+    if drone.goal is not None:
+        drone.goal.speed_mps = min(drone.goal.speed_mps, LAME_MPS)
+    return True
 
 
 def let_go(drone: Drone, *, follow: bool) -> None:
@@ -84,8 +97,7 @@ def bring_down(drone: Drone) -> None:
     drone.forget_orders()
     drone.park()
     if drone.halted or drone.control is Control.STREAM:
-        drone.script, drone.halted = Script((*REGAIN_STEPS, *HOME_STEPS)), False
-        drone.control = Control.STREAM
+        _regain_and_go_home(drone)
     elif drone.control is Control.GUIDED:
         drone.script = Script(HOME_STEPS)
     elif drone.is_airborne:
@@ -95,3 +107,10 @@ def bring_down(drone: Drone) -> None:
         drone.script = Script(STAND_DOWN_STEPS)
     else:
         drone.script, drone.landed = Script(()), True
+
+
+def _regain_and_go_home(drone: Drone) -> None:
+    drone.forget_orders()
+    drone.park()
+    drone.script, drone.halted = Script((*REGAIN_STEPS, *HOME_STEPS)), False
+    drone.control = Control.STREAM

@@ -169,6 +169,10 @@ class FakeFleet:
         self._uplinks = {vehicle.system_id: UplinkMeter() for vehicle in vehicles}
         self.commands: list[VehicleCommand] = []
 
+    def add(self, vehicle: FakeVehicle) -> None:
+        """One more, that nobody may have orders for."""
+        self.fleet[vehicle.system_id], self._uplinks[vehicle.system_id] = vehicle, UplinkMeter()
+
     def now_s(self) -> float:
         return self._now_s
 
