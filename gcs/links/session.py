@@ -121,14 +121,23 @@ class VehicleSession:
         if name is not None:
             send("PARAM_REQUEST_READ", {"param_id": name, "param_index": -1})
         elif not self.status.parameters_settled and self._parameters.settled(self.status.autopilot, now_s):
-            self.status = changed(self.status, parameters_settled=True)
+            missing = self._parameters.missing(self.status.autopilot)
+            self.status = changed(self.status, parameters_settled=True, parameters_missing=missing)
 
     def _on_position(self, message: Any, now_s: float) -> None:
         if message.lat == 0 and message.lon == 0:
             return  # both autopilots say so before their first fix; late on a jittery link it would be a jump to Africa
+        booted = self._boot_clock.reboots
         measured_s = self._boot_clock.measured_s(message.time_boot_ms / 1e3, now_s)
+        if self._boot_clock.reboots != booted:
+            self._begin_anew()
         if measured_s is not None:
             self.status = with_position(self.status, message, measured_s)
+
+    def _begin_anew(self) -> None:
+        """It was rebooted: repaired, or with other parameters, most of which act from a reboot on."""
+        self._motors_lost, self._parameters = False, ParameterReader()
+        self.status = changed(self.status, motors_ok=True, parameters_settled=False, parameters_missing=())
 
     def _on_readiness(self, name: str, message: Any) -> None:
         """In the air the pre-arm checks have had their say; what counts then is the position."""

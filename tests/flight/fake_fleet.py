@@ -256,6 +256,7 @@ class FakeFleet:
             motors_ok=vehicle.motors_ok,
             satellites_ok=vehicle.satellites_ok,
             limits=VehicleLimits(18.0, vehicle.accel_mps2, 1.0),
+            parameters_settled=True,
         )
 
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -192,3 +193,24 @@ def test_an_older_order_is_not_repeated_after_one_that_it_would_undo(
     if not kept:
         assert first.verdict is not None
         assert first.verdict.reason == f"superseded by {newer.value}"
+
+
+def test_after_a_reboot_parameters_are_read_again_and_a_failed_motor_is_forgotten() -> None:
+    """Repaired, or set otherwise: most parameters act from a reboot on."""
+    session = VehicleSession(3, "udp")
+
+    def hear(name: str, **fields: object) -> None:
+        session.receive(name, SimpleNamespace(**fields), 0.0)
+
+    def place(boot_ms: int) -> None:
+        hear("GLOBAL_POSITION_INT", time_boot_ms=boot_ms, lat=1, lon=1, alt=0, relative_alt=0, vx=0, vy=0, vz=0)
+
+    hear("STATUSTEXT", text="Motor failure detected", id=0, chunk_seq=0)
+    session.status = replace(session.status, parameters_settled=True, parameters_missing=("GF_ACTION",))
+    place(60_000)
+    assert not session.status.motors_ok
+    for tick in range(6):
+        place(1_000 + 100 * tick)
+    assert session.reboots == 1
+    assert (session.status.motors_ok, session.status.parameters_settled) == (True, False)
+    assert session.status.parameters_missing == ()
