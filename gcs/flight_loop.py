@@ -283,6 +283,9 @@ class FlightLoop:
                 outcome = RequestOutcome(False, str(refusal))
                 if job.order is not None:
                     job.order.planner.close()
+            except Exception as error:  # a defect in one request must not end the flight of those in the air
+                logger.exception("a request failed")
+                outcome = RequestOutcome(False, f"{job.request.kind} failed: {type(error).__name__}: {error}")
             self._note(job.request, outcome, now_s)
             if outcome is not None:
                 job.future.set_result(outcome)

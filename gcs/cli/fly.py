@@ -107,7 +107,7 @@ def _fly(args: argparse.Namespace) -> int:
     if args.keep and args.serve is None:
         raise UsageError("--keep leaves a page up and needs --serve")
     with ExitStack() as stack:
-        page = _page(args, stack)
+        page = _page(args, stack, tuple(drones))
         fleet = stack.enter_context(_fleet(args, mission, drones))
         progress = stack.enter_context(_progress(Console(stderr=True)))
         log = FlightLog(tell=lambda line: progress.console.print(line, highlight=False, markup=False))
@@ -148,12 +148,12 @@ def _fly(args: argparse.Namespace) -> int:
     return code
 
 
-def _page(args: argparse.Namespace, stack: ExitStack) -> "Page | None":
+def _page(args: argparse.Namespace, stack: ExitStack, seats: tuple[int, ...]) -> "Page | None":
     """The server's modules are loaded only for a flight that shows itself."""
     if args.serve is None:
         return None
     module = importlib.import_module("gcs.cli.page_beside")
-    page: Page = stack.enter_context(module.open_page(args.serve))
+    page: Page = stack.enter_context(module.open_page(args.serve, seats))
     return page
 
 
@@ -239,7 +239,12 @@ def _drones(args: argparse.Namespace, mission: Mission) -> dict[int, str | None]
         raise UsageError("--fleet mock and --drone exclude each other; give one of them")
     if args.speedup is None:
         raise UsageError("--speedup max needs --fleet mock; real drones fly in real time")
-    drones: dict[int, str | None] = dict(_drone(text) for text in args.drone)
+    drones: dict[int, str | None] = {}
+    for system_id, address in map(_drone, args.drone):
+        if system_id in drones:
+            both = f"{system_id}={drones[system_id]},{address}"
+            raise UsageError(f"--drone {system_id} is given twice; two links to one drone are written {both}")
+        drones[system_id] = address
     if len(drones) != wanted:
         raise UsageError(f"mission {mission.name!r} needs {wanted} drones; {len(drones)} given with --drone")
     return drones

@@ -58,7 +58,7 @@ class WiredFleetLink:
             self._receive(heard, received_s)
         if now_s >= self._overrun_due_s:
             self._tell_overruns(now_s)
-            self._tell_troubles()
+            self._notices += self._wire.troubles()
 
     def _tell_overruns(self, now_s: float) -> None:
         """Once a while, for each address on which more came than can be read."""
@@ -72,12 +72,6 @@ class WiredFleetLink:
                     "more came than can be read; lower the streams' rates, find who floods the port, or use a faster "
                     "machine"
                 )
-
-    def _tell_troubles(self) -> None:
-        for address, words in self._wire.troubles().items():
-            self._notices.append(
-                f"{address}: not everything could be sent or read ({words}); is this machine's network up?"
-            )
 
     def vehicles(self) -> Mapping[int, VehicleStatus]:
         """Newest status by system id."""

@@ -16,7 +16,7 @@ from typing import Any, Final
 from gcs.links.fleet_link import Clock, WiredFleetLink
 from gcs.links.frames import FrameCutter
 from gcs.links.tlog import TlogRecorder
-from gcs.links.transport import LinkError, Transport, open_all
+from gcs.links.transport import LinkError, Transport, open_all, troubles_of
 from gcs.links.wire import OWN_COMPONENT_ID, OWN_SYSTEM_ID, Fields, Heard, Path
 
 _HEARTBEAT: Final = 0
@@ -78,9 +78,10 @@ class MavsdkWire:
         """Datagrams thrown away unread so far, by address."""
         return {address: transport.skipped for address, transport in self._transports.items()}
 
-    def troubles(self) -> dict[str, str]:
-        """Why something could not be sent or read since the last call, by address."""
-        return {address: words for address, at in self._transports.items() if (words := at.take_trouble())}
+    def troubles(self) -> list[str]:
+        """What could not be sent, read or logged since the last call, for operators."""
+        log = [] if self._recorder is None else self._recorder.take_troubles()
+        return [*troubles_of(self._transports.values()), *log]
 
     def close(self) -> None:
         """End the cores, then release the sockets."""

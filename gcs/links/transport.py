@@ -4,7 +4,7 @@ import contextlib
 import errno
 import socket
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -28,7 +28,7 @@ _HOW = "write udpout:HOST:PORT, udpin:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:
 Peer = tuple[str, int]
 
 
-class LinkError(Exception):
+class LinkError(ValueError):
     """An address that cannot be used: what, why and how to mend it, in one line."""
 
 
@@ -105,6 +105,15 @@ def open_all(addresses: Sequence[str]) -> list[Transport]:
             transport.close()
         raise
     return opened
+
+
+def troubles_of(transports: Iterable[Transport]) -> list[str]:
+    """A sentence for each on which something could not be sent or read since the last call."""
+    return [
+        f"{transport.address}: not everything could be sent or read ({words}); is this machine's network up?"
+        for transport in transports
+        if (words := transport.take_trouble())
+    ]
 
 
 class UdpTransport:

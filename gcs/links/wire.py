@@ -44,8 +44,8 @@ class Wire(Protocol):
     def skipped(self) -> Mapping[str, int]:
         """Datagrams thrown away unread so far, by address."""
 
-    def troubles(self) -> Mapping[str, str]:
-        """Why something could not be sent or read since the last call, by address; only those with trouble."""
+    def troubles(self) -> Sequence[str]:
+        """What could not be sent, read or logged since the last call, a sentence for each address with trouble."""
 
     def close(self) -> None:
         """Release sockets."""
