@@ -14,7 +14,7 @@ import numpy as np
 from gcs.fleet.track import is_link_lost, make_track
 from gcs.mission.watch import return_energy_j
 from gcs.ports import UavTrack, VehicleStatus
-from gcs.safety.envelope import FENCE_MARGIN_M, OBSTACLE_MARGIN_SHARE
+from gcs.safety.envelope import FENCE_MARGIN_M, OBSTACLE_MARGIN_SHARE, VERTICAL_SEPARATION_M
 from policy.world.energy import propulsion_power_w
 from policy.world.geometry import distance_to_polygon_m
 from policy.world.scenario import Scenario
@@ -285,6 +285,18 @@ def _fence(seat: _Seat) -> _Finding:
     return _GOOD
 
 
+def _layers(seat: _Seat) -> _Finding:
+    """Only layers far enough apart keep drones apart whose ways cross; the gate counts on it."""
+    layer_m = seat.scenario.layer_m
+    if seat.scenario.num_uavs > 1 and layer_m < VERTICAL_SEPARATION_M:
+        return (
+            Grade.RED,
+            f"layers of {layer_m:g} m do not keep drones apart that fly over one another; set layer_m to 5"
+            f" ({VERTICAL_SEPARATION_M:g} at least)",
+        )
+    return _GOOD
+
+
 def _return_height(seat: _Seat) -> _Finding:
     """A return that climbs goes through the layers of the drones above it."""
     values, scenario = seat.status.parameters, seat.scenario
@@ -334,6 +346,7 @@ _RULES = (
     ("link failsafe", _failsafe),
     ("battery failsafe", _battery_failsafe),
     ("fence", _fence),
+    ("layers", _layers),
     ("return height", _return_height),
     ("clock", _clock),
 )

@@ -49,7 +49,7 @@ def lines_of(status: VehicleStatus) -> tuple[Line, ...]:
 
 def test_a_good_vehicle_is_green_in_every_line() -> None:
     lines = lines_of(standing_at(*LAUNCH))
-    assert len(lines) == 19
+    assert len(lines) == 20
     assert {line.grade for line in lines} == {Grade.OK}
 
 
@@ -111,6 +111,14 @@ def test_a_copter_that_can_fly_the_plan_is_green(fits: dict[str, object]) -> Non
 def test_the_pad_lies_inside_the_area(east_m: float, words: str) -> None:
     reds = red_lines(lines_of(standing_at(east_m, float(LAUNCH[1]))))
     assert [words in line.reason for line in reds] == ([True] if words else [])
+
+
+@pytest.mark.parametrize(("uavs", "layer_m", "ok"), [(2, 3.9, False), (2, 0.0, False), (2, 4.0, True), (1, 0.0, True)])
+def test_layers_too_near_to_each_other_are_refused(uavs: int, layer_m: float, *, ok: bool) -> None:
+    scenario = replace(SCENARIO, layer_m=layer_m, launch_enu_m=np.tile(LAUNCH, (uavs, 1)))
+    vehicles = {i + 1: replace(standing_at(*LAUNCH), system_id=i + 1) for i in range(uavs)}
+    reds = red_lines(check_fleet(scenario, list(vehicles), vehicles, 10.0, 0.03))
+    assert [line.check for line in reds] == [] if ok else ["layers"] * uavs
 
 
 @pytest.mark.parametrize("edge", ["west", "east", "south", "north"])
