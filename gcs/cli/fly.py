@@ -5,6 +5,7 @@ import datetime as dt
 import importlib
 import re
 import shlex
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -29,6 +30,7 @@ from gcs.flight_loop import FlightLoop
 from gcs.links.fleet_link import WiredFleetLink
 from gcs.links.opening import LIBRARIES, open_link
 from gcs.links.tlog import TlogRecorder
+from gcs.mission.manager import Refused
 from gcs.mission.order import CampaignOrder
 from gcs.mission.states import FINAL
 from gcs.ports import CampaignState, FlightClock, FlightSnapshot, OperatorRequest, RequestKind, VehicleStatus
@@ -86,6 +88,9 @@ def run_fly(args: argparse.Namespace) -> int:
         OSError,
     ) as error:  # MissionError, OutputError, UnknownPolicyError ... are ValueErrors
         return complain(PROGRAM, error)
+    except KeyboardInterrupt:
+        print(f"{PROGRAM}: ended by Ctrl-C; drones in the air are left to their own failsafes", file=sys.stderr)
+        return 1
 
 
 @dataclass(frozen=True)
@@ -172,7 +177,10 @@ def _run(loop: FlightLoop, order: CampaignOrder, progress: Progress, tell: Calla
     """Fly to the end; Ctrl-C brings everyone down first."""
     bar = progress.add_task("launching", total=order.scenario.slots)
     preflight(loop, order, tell)
-    loop.start(order, "gcs fly")
+    try:
+        loop.start(order, "gcs fly")
+    except Refused as refusal:  # somebody pressed the stop on the page, or started another campaign there
+        raise UsageError(str(refusal)) from refusal
     show = _bar(progress, bar)
     try:
         loop.run(until=show)

@@ -17,6 +17,9 @@ HEARTBEAT_S: Final = 1.0
 MAX_VEHICLE_ID: Final = 250
 OVERRUN_NOTICE_S: Final = 5.0
 CONFLICT_S: Final = 5.0  # a vehicle may move to another port after so long a silence
+CONFLICT_OVER_S: Final = (
+    10.0  # a second vehicle with its id was not heard for so long: it was switched off, or was none
+)
 VELOCITY_AND_YAW: Final = 2503  # POSITION_TARGET_TYPEMASK: position, acceleration and yaw rate ignored
 RELATIVE_ALT_INT: Final = 6  # MAV_FRAME_GLOBAL_RELATIVE_ALT_INT
 _GCS_HEARTBEAT: Final[Fields] = {  # MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID, MAV_STATE_ACTIVE
@@ -44,7 +47,8 @@ class WiredFleetLink:
         self._answered_s: dict[int, float] = {}
         self._uplinks: dict[int, UplinkMeter] = {}
         self._notices: list[str] = []
-        self._conflicts: dict[int, str] = {}
+        self._conflicts: dict[int, tuple[str, float]] = {}  # what is wrong, and when it was seen last
+        self._polled_s = float("-inf")
         self._refused: set[tuple[int, Path]] = set()
         self._heartbeat_due_s = float("-inf")
         self._overrun_due_s = float("-inf")
@@ -54,6 +58,7 @@ class WiredFleetLink:
         """Read everything that is waiting."""
         arrived = self._wire.read(now_s)
         received_s = now_s if self._clock is None else self._clock()
+        self._polled_s = received_s
         for heard in arrived:
             self._receive(heard, received_s)
         if now_s >= self._overrun_due_s:
@@ -89,8 +94,13 @@ class WiredFleetLink:
             silences=self._uplinks[system_id].silences,
             links=links,
             address=first.address,
-            conflict=self._conflicts.get(system_id, ""),
+            conflict=self._conflict(system_id),
         )
+
+    def _conflict(self, system_id: int) -> str:
+        """A second vehicle that has been gone for a while is none any more."""
+        words, seen_s = self._conflicts.get(system_id, ("", 0.0))
+        return words if self._polled_s - seen_s <= CONFLICT_OVER_S else ""
 
     def send(self, safe: SafeSetpoint, now_s: float) -> None:
         """One velocity setpoint over SET_POSITION_TARGET_GLOBAL_INT; yaw always commanded (ArduPilot#22840)."""
@@ -162,7 +172,8 @@ class WiredFleetLink:
         counts = routes.note(heard.path, heard.sequence, now_s)
         boot_ms = getattr(heard.body, "time_boot_ms", None)
         if boot_ms is not None and routes.other_vehicle(heard.path, boot_ms / 1e3, now_s):
-            self._conflicts[system_id] = f"two vehicles answer as {system_id}; give each its own system id"
+            words = f"two vehicles answer as {system_id}; give each its own system id"
+            self._conflicts[system_id] = (words, now_s)
         if heard.name == "TIMESYNC":
             self._on_timesync(heard, routes, now_s)
         if (counts or heard.name == "COMMAND_ACK") and _for_us(heard):
@@ -210,7 +221,8 @@ class WiredFleetLink:
             routes.add(path, now_s)  # a second link that the operator has named
         else:
             self._refuse(system_id, path, f"that id already flies at {elsewhere.path.address}")
-            self._conflicts[system_id] = f"a second vehicle at {path.address} has the same system id; change one"
+            words = f"a second vehicle at {path.address} has the same system id; change one"
+            self._conflicts[system_id] = (words, now_s)
             return False
         return True
 

@@ -121,8 +121,8 @@ class VehicleSession:
         if name is not None:
             send("PARAM_REQUEST_READ", {"param_id": name, "param_index": -1})
         elif not self.status.parameters_settled and self._parameters.settled(self.status.autopilot, now_s):
-            missing = self._parameters.missing(self.status.autopilot)
-            self.status = changed(self.status, parameters_settled=True, parameters_missing=missing)
+            untold = self._parameters.missing(self.status.autopilot)
+            self.status = changed(self.status, parameters_settled=True, parameters_missing=untold)
 
     def _on_position(self, message: Any, now_s: float) -> None:
         if message.lat == 0 and message.lon == 0:

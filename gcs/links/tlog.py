@@ -12,10 +12,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Final, Self
 
-from gcs.links.transport import LinkError
-
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from pymavlink.generator.mavcrc import x25crc
+
+from gcs.links.transport import LinkError
 
 _MAGIC_2: Final = 0xFD
 _SIGNED: Final = 0x01  # MAVLINK_IFLAG_SIGNED
@@ -36,7 +36,9 @@ class TlogRecorder:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             words = error.strerror or error
-            raise LinkError(f"folder '{folder}' for telemetry logs cannot be made: {words}; name another one") from error
+            raise LinkError(
+                f"folder '{folder}' for telemetry logs cannot be made: {words}; name another one"
+            ) from error
         self._folder, self._epoch_s = folder, epoch_s
         self._files: dict[str, BinaryIO] = {}
         self._ended: set[str] = set()

@@ -47,7 +47,7 @@ def send_home(drone: Drone) -> None:
 
 
 def slow_down(drone: Drone) -> bool:
-    """A motor has failed: no faster than this from now on, on the way that it is flying as well. False: known already."""
+    """A motor has failed: no faster from now on, on the way that it is flying as well. False: that is known already."""
     if drone.top_mps <= LAME_MPS:
         return False
     drone.top_mps = LAME_MPS

@@ -156,6 +156,11 @@ class MissionManager:
         campaign = self.campaign
         if campaign is None:
             return
+        if campaign.resumption is not None:  # it is left out when the others are taken over
+            campaign.resumption = campaign.resumption.without(system_id)
+            words = f"drone {system_id}: {reason}"
+            self._log.event("drone.release", words, Severity.WARNING, system_id)
+            return
         for drone in campaign.drones:
             if drone.system_id == system_id and drone.control is not Control.RELEASED:
                 self._changes.drop(campaign, drone, DropOut(Fate.RELEASE, reason))

@@ -12,7 +12,6 @@ from gcs.mission.drone import Drone
 from gcs.mission.watch import position_lost
 from gcs.ports import Severity, UavTrack, VehicleStatus
 
-
 ON_GROUND_M = 1.0
 FORGOTTEN_S = 60.0  # a drone of no campaign that is not heard for so long is not kept clear of any more
 

@@ -170,11 +170,8 @@ def _place(seat: _Seat) -> _Finding:
         return Grade.RED, f"stands outside the area ({east_m:.0f} m east, {north_m:.0f} m north of its corner)"
     edge_m = min(east_m, width_m - east_m, north_m, height_m - north_m)
     if edge_m < FENCE_MARGIN_M:
-        return (
-            Grade.RED,
-            f"stands {edge_m:.1f} m from the area's edge, and is kept {FENCE_MARGIN_M:g} m inside it: it could not come"
-            " back to its pad; move it, or make the area larger",
-        )
+        words = f"stands {edge_m:.1f} m from the area's edge, and is kept {FENCE_MARGIN_M:g} m inside it"
+        return Grade.RED, f"{words}: it could not come back to its pad; move it, or make the area larger"
     wall = _wall_over_pad(seat.scenario, (east_m, north_m))
     if wall:
         return Grade.RED, wall
@@ -289,11 +286,8 @@ def _layers(seat: _Seat) -> _Finding:
     """Only layers far enough apart keep drones apart whose ways cross; the gate counts on it."""
     layer_m = seat.scenario.layer_m
     if seat.scenario.num_uavs > 1 and layer_m < VERTICAL_SEPARATION_M:
-        return (
-            Grade.RED,
-            f"layers of {layer_m:g} m do not keep drones apart that fly over one another; set layer_m to 5"
-            f" ({VERTICAL_SEPARATION_M:g} at least)",
-        )
+        words = f"layers of {layer_m:g} m do not keep drones apart that fly over one another"
+        return Grade.RED, f"{words}; set layer_m to 5 ({VERTICAL_SEPARATION_M:g} at least)"
     return _GOOD
 
 

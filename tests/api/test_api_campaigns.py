@@ -156,7 +156,7 @@ def test_the_checklist_is_shown_and_only_an_admin_overrides_it(
 
 
 def test_the_checklist_is_of_the_drones_that_a_start_takes(server_store: Store, tmp_path: Path) -> None:
-    """They are taken as they were named (``--drone 2=... --drone 7=...``), not by their numbers; the fake has 1 and 2."""
+    """They are taken as they were named (``--drone 2=... --drone 7=...``), not by their numbers; heard are 1, 2."""
     named = {}
     for seats in ((), (2, 7, 1)):
         settings = ApiSettings(one_time_key="k", dashboard=tmp_path / "none", seats=seats)

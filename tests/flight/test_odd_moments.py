@@ -1,8 +1,9 @@
-"""Orders and failures at odd moments: in a pause, in the launch, on the way home, beside a stop, beside other drones."""
+"""Orders and failures at odd moments: in a pause, in the launch, on the way home, beside a stop or other drones."""
 
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
 import pytest
 from fake_fleet import BATTERY_J, FakeVehicle
 from test_campaign import Flight, ScriptedPlanner, square
@@ -169,9 +170,8 @@ def test_a_campaign_keeps_clear_of_an_own_drone_that_is_not_part_of_it() -> None
     flight = Flight()
     other = FakeVehicle(9, 830.0, 700.0, armed=True, alt_m=120.0)
     flight.fleet.add(other)
-    flight.order = replace(
-        flight.order, scenario=replace(flight.order.scenario, launch_enu_m=flight.order.scenario.launch_enu_m + (60, 0))
-    )
+    east_m = flight.order.scenario.launch_enu_m + np.array([60.0, 0.0])
+    flight.order = replace(flight.order, scenario=replace(flight.order.scenario, launch_enu_m=east_m))
     flight.start()
     nearest = math.inf
     while flight.loop.tick().campaign.state is not CampaignState.FLYING and flight.fleet.now_s() < 200.0:

@@ -12,7 +12,9 @@ from policy.mission_file import load_mission
 SCENARIO = load_mission("demo").scenario
 
 
-@pytest.mark.parametrize(("layer_m", "apart_m"), [(10.0, 4.0), (5.0, 4.0), (4.0, 3.2), (1.0, 0.8), (0.5, 4.0), (0.0, 4.0)])
+@pytest.mark.parametrize(
+    ("layer_m", "apart_m"), [(10.0, 4.0), (5.0, 4.0), (4.0, 3.2), (1.0, 0.8), (0.5, 4.0), (0.0, 4.0)]
+)
 def test_layers_count_as_separation_where_they_are_layers(layer_m: float, apart_m: float) -> None:
     assert envelope_of(replace(SCENARIO, layer_m=layer_m), 4.5).vertical_separation_m == pytest.approx(apart_m)
 
