@@ -346,7 +346,8 @@ class FlightLoop:
             if command.kind not in _ON_CAMPAIGN_DRONES:
                 raise Refused(f"drone {command.system_id} flies a campaign; it takes hold, rtl, land or terminate only")
             self._manager.release(command.system_id, now_s, f"{command.kind} ordered by {job.request.actor}")
-        self._manager.emergency.leave(command.system_id, now_s)
+        if command.kind is not CommandKind.HOLD:
+            self._manager.emergency.leave(command.system_id, now_s)
         job.ticket = self._link.submit(command, now_s)
         self._commands.append(job)
         return None

@@ -1,5 +1,6 @@
 """A fleet over any MAVLink library: who is heard where, what is believed, what is sent. Never waits."""
 
+import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -12,6 +13,8 @@ from gcs.links.status import changed
 from gcs.links.uplink import UplinkMeter
 from gcs.links.wire import AUTOPILOT_COMPONENT, OWN_SYSTEM_ID, Fields, Heard, Path, Wire
 from gcs.ports import CommandTicket, SafeSetpoint, VehicleCommand, VehicleStatus
+
+logger = logging.getLogger(__name__)
 
 HEARTBEAT_S: Final = 1.0
 MAX_VEHICLE_ID: Final = 250
@@ -53,6 +56,7 @@ class WiredFleetLink:
         self._heartbeat_due_s = float("-inf")
         self._overrun_due_s = float("-inf")
         self._skipped: dict[str, int] = {}
+        self._passed_over: set[tuple[int, str]] = set()
 
     def poll(self, now_s: float) -> None:
         """Read everything that is waiting."""
@@ -60,10 +64,22 @@ class WiredFleetLink:
         received_s = now_s if self._clock is None else self._clock()
         self._polled_s = received_s
         for heard in arrived:
-            self._receive(heard, received_s)
+            try:
+                self._receive(heard, received_s)
+            except Exception:  # whatever one vehicle sends must not end the flight of all
+                self._pass_over(heard)
         if now_s >= self._overrun_due_s:
             self._tell_overruns(now_s)
             self._notices += self._wire.troubles()
+
+    def _pass_over(self, heard: Heard) -> None:
+        logger.exception("a message was passed over")
+        if (heard.system_id, heard.name) not in self._passed_over:
+            self._passed_over.add((heard.system_id, heard.name))
+            self._notices.append(
+                f"vehicle {heard.system_id} at {heard.path.address}: its {heard.name} could not be taken in and is passed "
+                "over; please report this line and the log"
+            )
 
     def _tell_overruns(self, now_s: float) -> None:
         """Once a while, for each address on which more came than can be read."""

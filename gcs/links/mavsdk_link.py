@@ -182,8 +182,11 @@ class _Core:
 
 
 def _body(name: str, document: str) -> Any:
-    """Fields as attributes; JSON has no NaN and says null. None: a value that JSON cannot carry matters."""
-    fields = {key: value for key, value in json.loads(document).items() if key not in _OWN_NOTES}
+    """Fields as attributes; JSON has no NaN and says null. None: no JSON, or a value that it cannot carry matters."""
+    try:
+        fields = {key: value for key, value in json.loads(document).items() if key not in _OWN_NOTES}
+    except (ValueError, AttributeError):
+        return None
     if name == "PARAM_VALUE" and fields.get("param_value") is None:
         return None  # an integer whose bytes are no number as a float: lost on the way
     return SimpleNamespace(**{key: math.nan if value is None else value for key, value in fields.items()})
