@@ -67,13 +67,13 @@ class WiredFleetLink:
             try:
                 self._receive(heard, received_s)
             except Exception:  # whatever one vehicle sends must not end the flight of all
+                logger.exception("a message was passed over")
                 self._pass_over(heard)
         if now_s >= self._overrun_due_s:
             self._tell_overruns(now_s)
             self._notices += self._wire.troubles()
 
     def _pass_over(self, heard: Heard) -> None:
-        logger.exception("a message was passed over")
         if (heard.system_id, heard.name) not in self._passed_over:
             self._passed_over.add((heard.system_id, heard.name))
             self._notices.append(
