@@ -77,7 +77,7 @@ class WiredFleetLink:
         if (heard.system_id, heard.name) not in self._passed_over:
             self._passed_over.add((heard.system_id, heard.name))
             self._notices.append(
-                f"vehicle {heard.system_id} at {heard.path.address}: its {heard.name} could not be taken in and is passed "
+                f"vehicle {heard.system_id} at {heard.path.address}: its {heard.name} could not be read and is passed "
                 "over; please report this line and the log"
             )
 
