@@ -13,6 +13,7 @@ url = "sqlite:///gcs-data/gcs.db"     # or postgresql://USER:PASSWORD@HOST/NAME
 1 = "udpout:127.0.0.1:14540"          # system id = address; several links with commas between
 [link]
 library = "pymavlink"                 # or mavsdk
+tlog = "logs"                         # folder: record every link (.tlog, a file for each start and address)
 signing_key = "signing.hex"           # 64 hex digits, chmod 600: sign all, believe nothing unsigned
 [map]
 tiles = "https://tiles.example.org/{z}/{x}/{y}.png"   # or: pmtiles = "campus.pmtiles"; neither: plain background
@@ -75,6 +76,7 @@ class LinkSection(Section):
 
     library: Literal["pymavlink", "mavsdk"] = "pymavlink"
     signing_key: Path | None = None
+    tlog: Path | None = None
 
 
 class MapSection(Section):

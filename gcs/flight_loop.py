@@ -283,6 +283,9 @@ class FlightLoop:
                 outcome = RequestOutcome(False, str(refusal))
                 if job.order is not None:
                     job.order.planner.close()
+            except Exception as error:  # a defect in one request must not end the flight of those in the air
+                logger.exception("a request failed")
+                outcome = RequestOutcome(False, f"{job.request.kind} failed: {type(error).__name__}: {error}")
             self._note(job.request, outcome, now_s)
             if outcome is not None:
                 job.future.set_result(outcome)
@@ -343,6 +346,8 @@ class FlightLoop:
             if command.kind not in _ON_CAMPAIGN_DRONES:
                 raise Refused(f"drone {command.system_id} flies a campaign; it takes hold, rtl, land or terminate only")
             self._manager.release(command.system_id, now_s, f"{command.kind} ordered by {job.request.actor}")
+        if command.kind is not CommandKind.HOLD:
+            self._manager.emergency.leave(command.system_id, now_s)
         job.ticket = self._link.submit(command, now_s)
         self._commands.append(job)
         return None

@@ -101,6 +101,7 @@ class VehicleStatus:
     limits: VehicleLimits = field(default_factory=VehicleLimits)
     parameters: Mapping[str, float] = field(default_factory=dict)  # those that were asked for and came
     parameters_settled: bool = False  # each has come or was asked for in vain
+    parameters_missing: tuple[str, ...] = ()  # those asked for in vain
     conflict: str = ""  # another vehicle uses the same system id
     latency_s: float | None = None  # round trip by TIMESYNC, smoothed
     answered_s: float | None = None  # when it last answered us: the way up works too

@@ -47,6 +47,7 @@ class ApiSettings:
     """``one_time_key`` is the operator key printed on loopback when none is configured: reading is open then."""
 
     host: str = "127.0.0.1"
+    seats: tuple[int, ...] = ()  # drones in the order in which missions take them; () as heard
     one_time_key: str | None = None
     max_body_bytes: int = 2 * 1024 * 1024
     rate_per_s: float = 500.0  # requests of one address; twice as many in a burst

@@ -5,6 +5,7 @@ import datetime as dt
 import importlib
 import re
 import shlex
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -29,6 +30,7 @@ from gcs.flight_loop import FlightLoop
 from gcs.links.fleet_link import WiredFleetLink
 from gcs.links.opening import LIBRARIES, open_link
 from gcs.links.tlog import TlogRecorder
+from gcs.mission.manager import Refused
 from gcs.mission.order import CampaignOrder
 from gcs.mission.states import FINAL
 from gcs.ports import CampaignState, FlightClock, FlightSnapshot, OperatorRequest, RequestKind, VehicleStatus
@@ -86,6 +88,9 @@ def run_fly(args: argparse.Namespace) -> int:
         OSError,
     ) as error:  # MissionError, OutputError, UnknownPolicyError ... are ValueErrors
         return complain(PROGRAM, error)
+    except KeyboardInterrupt:
+        print(f"{PROGRAM}: ended by Ctrl-C; drones in the air are left to their own failsafes", file=sys.stderr)
+        return 1
 
 
 @dataclass(frozen=True)
@@ -107,7 +112,7 @@ def _fly(args: argparse.Namespace) -> int:
     if args.keep and args.serve is None:
         raise UsageError("--keep leaves a page up and needs --serve")
     with ExitStack() as stack:
-        page = _page(args, stack)
+        page = _page(args, stack, tuple(drones))
         fleet = stack.enter_context(_fleet(args, mission, drones))
         progress = stack.enter_context(_progress(Console(stderr=True)))
         log = FlightLog(tell=lambda line: progress.console.print(line, highlight=False, markup=False))
@@ -148,12 +153,12 @@ def _fly(args: argparse.Namespace) -> int:
     return code
 
 
-def _page(args: argparse.Namespace, stack: ExitStack) -> "Page | None":
+def _page(args: argparse.Namespace, stack: ExitStack, seats: tuple[int, ...]) -> "Page | None":
     """The server's modules are loaded only for a flight that shows itself."""
     if args.serve is None:
         return None
     module = importlib.import_module("gcs.cli.page_beside")
-    page: Page = stack.enter_context(module.open_page(args.serve))
+    page: Page = stack.enter_context(module.open_page(args.serve, seats))
     return page
 
 
@@ -172,7 +177,10 @@ def _run(loop: FlightLoop, order: CampaignOrder, progress: Progress, tell: Calla
     """Fly to the end; Ctrl-C brings everyone down first."""
     bar = progress.add_task("launching", total=order.scenario.slots)
     preflight(loop, order, tell)
-    loop.start(order, "gcs fly")
+    try:
+        loop.start(order, "gcs fly")
+    except Refused as refusal:  # somebody pressed the stop on the page, or started another campaign there
+        raise UsageError(str(refusal)) from refusal
     show = _bar(progress, bar)
     try:
         loop.run(until=show)
@@ -239,7 +247,12 @@ def _drones(args: argparse.Namespace, mission: Mission) -> dict[int, str | None]
         raise UsageError("--fleet mock and --drone exclude each other; give one of them")
     if args.speedup is None:
         raise UsageError("--speedup max needs --fleet mock; real drones fly in real time")
-    drones: dict[int, str | None] = dict(_drone(text) for text in args.drone)
+    drones: dict[int, str | None] = {}
+    for system_id, address in map(_drone, args.drone):
+        if system_id in drones:
+            both = f"{system_id}={drones[system_id]},{address}"
+            raise UsageError(f"--drone {system_id} is given twice; two links to one drone are written {both}")
+        drones[system_id] = address
     if len(drones) != wanted:
         raise UsageError(f"mission {mission.name!r} needs {wanted} drones; {len(drones)} given with --drone")
     return drones

@@ -40,10 +40,10 @@ class Page:
 
 
 @contextmanager
-def open_page(address: str) -> Iterator[Page]:
+def open_page(address: str, seats: tuple[int, ...] = ()) -> Iterator[Page]:
     """Take the port before anything flies. Raises UsageError, ListenError."""
     host, port = _host_port(address)
-    settings = ApiSettings(host=host, one_time_key=secrets.token_urlsafe(24))
+    settings = ApiSettings(host=host, seats=seats, one_time_key=secrets.token_urlsafe(24))
     listener = open_listener(host, port)
     try:
         with tempfile.TemporaryDirectory(prefix="gcs-flight-") as folder:

@@ -16,8 +16,7 @@ def preflight(loop: FlightLoop, order: CampaignOrder, tell: Callable[[str], None
 
     def settled(snapshot: FlightSnapshot) -> bool:
         lines = loop.preflight(order, snapshot.time_s)
-        read = all(vehicle.parameters_settled for vehicle in snapshot.vehicles)
-        done = (read and not red_lines(lines)) or snapshot.time_s - begun_s > order.settings.ready_timeout_s
+        done = not red_lines(lines) or snapshot.time_s - begun_s > order.settings.ready_timeout_s
         if done:
             found.append(lines)
         return done

@@ -7,6 +7,7 @@ import argparse
 import secrets
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import replace
@@ -26,6 +27,7 @@ from gcs.clock import RealClock
 from gcs.collector import leave_what_is_loaded
 from gcs.config import ConfigError, ServerConfig, load_config
 from gcs.links.opening import open_link
+from gcs.links.tlog import TlogRecorder
 from gcs.links.transport import LinkError
 from gcs.ports import FlightControl
 from gcs.right_of_way import RightOfWay
@@ -47,6 +49,7 @@ def add_serve_parser(commands: Any) -> None:
     parser.add_argument(
         "--drone", action="append", default=[], metavar="SYSID=ADDRESS", help="a vehicle, such as 1=udpout:HOST:PORT"
     )
+    parser.add_argument("--tlog", type=Path, metavar="DIR", help="record every link (.tlog)")
     parser.add_argument("--speedup", type=float, metavar="X", help="flight seconds a second, for simulated drones only")
     parser.set_defaults(run=run_serve)
 
@@ -99,6 +102,7 @@ def api_settings(config: ServerConfig, store: Store) -> ApiSettings:
     """Strangers get nothing: off loopback there must be keys; on loopback without any, one is made for this run."""
     settings = ApiSettings(
         host=config.server.host,
+        seats=tuple(config.drones),
         max_body_bytes=config.server.max_body_kb * 1024,
         rate_per_s=config.server.rate_per_s,
         max_streams=config.server.max_streams,
@@ -125,7 +129,9 @@ def _flight(config: ServerConfig, store: Store, live: LiveCampaigns) -> Iterator
         return
     prepare = make_preparer(tuple(config.drones), policy_url=config.policy.url, live=live.enrol)
     clock = RealClock(config.server.speedup)
-    link = open_link(config.drones, config.link.library, signing_key=config.link.signing_key, clock=clock.now_s)
+    recorder = None if config.link.tlog is None else TlogRecorder(config.link.tlog, time.time())
+    key = config.link.signing_key
+    link = open_link(config.drones, config.link.library, signing_key=key, recorder=recorder, clock=clock.now_s)
     link.flush(clock.now_s())  # a heartbeat: vehicles answer where they hear us, while the rules are being loaded
     loop = make_loop(RightOfWay(clock), link, store.journal, prepare)
     Restart(store, loop, clock, prepare, config.server.speedup, live.bring_back).run()
@@ -138,6 +144,8 @@ def _flight(config: ServerConfig, store: Store, live: LiveCampaigns) -> Iterator
         loop.stop()
         thread.join(5.0)
         link.close()
+        if recorder is not None:
+            recorder.close()
 
 
 def _warn_of_drones_in_the_air(flight: FlightControl) -> None:

@@ -51,6 +51,25 @@ class LongCommand:
     params: tuple[float, float, float, float, float, float, float]
 
 
+_MOVES: Final = frozenset(
+    {CommandKind.TAKEOFF, CommandKind.GUIDED, CommandKind.HOLD, CommandKind.RETURN, CommandKind.LAND}
+)
+_ENDS: Final = frozenset({CommandKind.HOLD, CommandKind.RETURN, CommandKind.LAND, CommandKind.TERMINATE})
+
+
+def withdraws(newer: CommandKind, older: CommandKind) -> bool:
+    """An unanswered older order must not be repeated after the newer one: its repeat would undo it.
+
+    A return that nobody answered, then a stop: the return's next repeat would take the vehicle out of its hold. Only
+    a termination stands until it is answered.
+    """
+    if newer in _ENDS and older is CommandKind.ARM:
+        return True
+    if newer is CommandKind.DISARM:
+        return older in {CommandKind.ARM, CommandKind.TAKEOFF}
+    return newer in _MOVES | _ENDS and older in _MOVES
+
+
 class NotSendableError(Exception):
     """This order cannot be put to this vehicle as it is now."""
 

@@ -1,5 +1,6 @@
 """A fleet over any MAVLink library: who is heard where, what is believed, what is sent. Never waits."""
 
+import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -13,10 +14,15 @@ from gcs.links.uplink import UplinkMeter
 from gcs.links.wire import AUTOPILOT_COMPONENT, OWN_SYSTEM_ID, Fields, Heard, Path, Wire
 from gcs.ports import CommandTicket, SafeSetpoint, VehicleCommand, VehicleStatus
 
+logger = logging.getLogger(__name__)
+
 HEARTBEAT_S: Final = 1.0
 MAX_VEHICLE_ID: Final = 250
 OVERRUN_NOTICE_S: Final = 5.0
 CONFLICT_S: Final = 5.0  # a vehicle may move to another port after so long a silence
+CONFLICT_OVER_S: Final = (
+    10.0  # a second vehicle with its id was not heard for so long: it was switched off, or was none
+)
 VELOCITY_AND_YAW: Final = 2503  # POSITION_TARGET_TYPEMASK: position, acceleration and yaw rate ignored
 RELATIVE_ALT_INT: Final = 6  # MAV_FRAME_GLOBAL_RELATIVE_ALT_INT
 _GCS_HEARTBEAT: Final[Fields] = {  # MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID, MAV_STATE_ACTIVE
@@ -44,20 +50,36 @@ class WiredFleetLink:
         self._answered_s: dict[int, float] = {}
         self._uplinks: dict[int, UplinkMeter] = {}
         self._notices: list[str] = []
-        self._conflicts: dict[int, str] = {}
+        self._conflicts: dict[int, tuple[str, float]] = {}  # what is wrong, and when it was seen last
+        self._polled_s = float("-inf")
         self._refused: set[tuple[int, Path]] = set()
         self._heartbeat_due_s = float("-inf")
         self._overrun_due_s = float("-inf")
         self._skipped: dict[str, int] = {}
+        self._passed_over: set[tuple[int, str]] = set()
 
     def poll(self, now_s: float) -> None:
         """Read everything that is waiting."""
         arrived = self._wire.read(now_s)
         received_s = now_s if self._clock is None else self._clock()
+        self._polled_s = received_s
         for heard in arrived:
-            self._receive(heard, received_s)
+            try:
+                self._receive(heard, received_s)
+            except Exception:  # whatever one vehicle sends must not end the flight of all
+                logger.exception("a message was passed over")
+                self._pass_over(heard)
         if now_s >= self._overrun_due_s:
             self._tell_overruns(now_s)
+            self._notices += self._wire.troubles()
+
+    def _pass_over(self, heard: Heard) -> None:
+        if (heard.system_id, heard.name) not in self._passed_over:
+            self._passed_over.add((heard.system_id, heard.name))
+            self._notices.append(
+                f"vehicle {heard.system_id} at {heard.path.address}: its {heard.name} could not be read and is passed "
+                "over; please report this line and the log"
+            )
 
     def _tell_overruns(self, now_s: float) -> None:
         """Once a while, for each address on which more came than can be read."""
@@ -88,8 +110,13 @@ class WiredFleetLink:
             silences=self._uplinks[system_id].silences,
             links=links,
             address=first.address,
-            conflict=self._conflicts.get(system_id, ""),
+            conflict=self._conflict(system_id),
         )
+
+    def _conflict(self, system_id: int) -> str:
+        """A second vehicle that has been gone for a while is none any more."""
+        words, seen_s = self._conflicts.get(system_id, ("", 0.0))
+        return words if self._polled_s - seen_s <= CONFLICT_OVER_S else ""
 
     def send(self, safe: SafeSetpoint, now_s: float) -> None:
         """One velocity setpoint over SET_POSITION_TARGET_GLOBAL_INT; yaw always commanded (ArduPilot#22840)."""
@@ -161,7 +188,8 @@ class WiredFleetLink:
         counts = routes.note(heard.path, heard.sequence, now_s)
         boot_ms = getattr(heard.body, "time_boot_ms", None)
         if boot_ms is not None and routes.other_vehicle(heard.path, boot_ms / 1e3, now_s):
-            self._conflicts[system_id] = f"two vehicles answer as {system_id}; give each its own system id"
+            words = f"two vehicles answer as {system_id}; give each its own system id"
+            self._conflicts[system_id] = (words, now_s)
         if heard.name == "TIMESYNC":
             self._on_timesync(heard, routes, now_s)
         if (counts or heard.name == "COMMAND_ACK") and _for_us(heard):
@@ -209,7 +237,8 @@ class WiredFleetLink:
             routes.add(path, now_s)  # a second link that the operator has named
         else:
             self._refuse(system_id, path, f"that id already flies at {elsewhere.path.address}")
-            self._conflicts[system_id] = f"a second vehicle at {path.address} has the same system id; change one"
+            words = f"a second vehicle at {path.address} has the same system id; change one"
+            self._conflicts[system_id] = (words, now_s)
             return False
         return True
 

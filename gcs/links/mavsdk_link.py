@@ -16,7 +16,7 @@ from typing import Any, Final
 from gcs.links.fleet_link import Clock, WiredFleetLink
 from gcs.links.frames import FrameCutter
 from gcs.links.tlog import TlogRecorder
-from gcs.links.transport import LinkError, Transport, open_all
+from gcs.links.transport import LinkError, Transport, open_all, troubles_of
 from gcs.links.wire import OWN_COMPONENT_ID, OWN_SYSTEM_ID, Fields, Heard, Path
 
 _HEARTBEAT: Final = 0
@@ -77,6 +77,11 @@ class MavsdkWire:
     def skipped(self) -> dict[str, int]:
         """Datagrams thrown away unread so far, by address."""
         return {address: transport.skipped for address, transport in self._transports.items()}
+
+    def troubles(self) -> list[str]:
+        """What could not be sent, read or logged since the last call, for operators."""
+        log = [] if self._recorder is None else self._recorder.take_troubles()
+        return [*troubles_of(self._transports.values()), *log]
 
     def close(self) -> None:
         """End the cores, then release the sockets."""
@@ -177,8 +182,11 @@ class _Core:
 
 
 def _body(name: str, document: str) -> Any:
-    """Fields as attributes; JSON has no NaN and says null. None: a value that JSON cannot carry matters."""
-    fields = {key: value for key, value in json.loads(document).items() if key not in _OWN_NOTES}
+    """Fields as attributes; JSON has no NaN and says null. None: no JSON, or a value that it cannot carry matters."""
+    try:
+        fields = {key: value for key, value in json.loads(document).items() if key not in _OWN_NOTES}
+    except (ValueError, AttributeError):
+        return None
     if name == "PARAM_VALUE" and fields.get("param_value") is None:
         return None  # an integer whose bytes are no number as a float: lost on the way
     return SimpleNamespace(**{key: math.nan if value is None else value for key, value in fields.items()})

@@ -68,7 +68,8 @@ def decode_value(value: float, param_type: int, *, bytewise: bool) -> float:
 
 
 def limits_from(autopilot: str, values: Mapping[str, float]) -> VehicleLimits:
-    """Speed, acceleration and time-out that the parameters read so far imply."""
+    """Speed, acceleration and time-out that the parameters read so far imply; nonsense (0, NaN) is none of them."""
+    values = {name: value for name, value in values.items() if math.isfinite(value) and value > 0.0}
     if autopilot == PX4:
         return VehicleLimits(
             max_speed_mps=values.get("MPC_XY_VEL_MAX"),

@@ -12,7 +12,7 @@ from gcs.links.frame_reader import FrameReader
 from gcs.links.frame_writer import frame_of
 from gcs.links.signing import SigningKey
 from gcs.links.tlog import TlogRecorder
-from gcs.links.transport import Peer, Transport, open_all
+from gcs.links.transport import Peer, Transport, open_all, troubles_of
 from gcs.links.wire import OWN_COMPONENT_ID, OWN_SYSTEM_ID, Fields, Heard, Path
 
 _LOOSE_TYPES: Final = {"param_id": lambda text: text.encode("ascii")}
@@ -74,6 +74,11 @@ class PymavlinkWire:
     def skipped(self) -> dict[str, int]:
         """Datagrams thrown away unread so far, by address."""
         return {address: transport.skipped for address, transport in self._transports.items()}
+
+    def troubles(self) -> list[str]:
+        """What could not be sent, read or logged since the last call, for operators."""
+        log = [] if self._recorder is None else self._recorder.take_troubles()
+        return [*troubles_of(self._transports.values()), *log]
 
     def close(self) -> None:
         """Release all sockets."""

@@ -11,6 +11,7 @@ from gcs.links.commands import (
     NotSendableError,
     RefusedTicket,
     encode_command,
+    withdraws,
 )
 from gcs.links.modes import PX4
 from gcs.links.parameters import ParameterReader, decode_value, limits_from
@@ -90,14 +91,15 @@ class VehicleSession:
         self._boot_clock.answered(boot_s, asked_s)
 
     def submit(self, command: VehicleCommand, now_s: float) -> CommandTicket:
-        """Open an order; a newer one with the same command number replaces an unanswered one."""
+        """Open an order; it replaces unanswered ones with the same command number, and those that it withdraws."""
         try:
             wire = encode_command(command, self.status)
         except NotSendableError as reason:
             return RefusedTicket(command, str(reason))
-        earlier = self._commands.get(wire.number)
-        if earlier is not None:
-            earlier.supersede(now_s, command.kind)
+        for number, earlier in list(self._commands.items()):
+            if number == wire.number or withdraws(command.kind, earlier.command.kind):
+                earlier.supersede(now_s, command.kind)
+                del self._commands[number]
         transaction = CommandTransaction(command, wire, now_s)
         self._commands[wire.number] = transaction
         return transaction
@@ -119,14 +121,23 @@ class VehicleSession:
         if name is not None:
             send("PARAM_REQUEST_READ", {"param_id": name, "param_index": -1})
         elif not self.status.parameters_settled and self._parameters.settled(self.status.autopilot, now_s):
-            self.status = changed(self.status, parameters_settled=True)
+            untold = self._parameters.missing(self.status.autopilot)
+            self.status = changed(self.status, parameters_settled=True, parameters_missing=untold)
 
     def _on_position(self, message: Any, now_s: float) -> None:
         if message.lat == 0 and message.lon == 0:
             return  # both autopilots say so before their first fix; late on a jittery link it would be a jump to Africa
+        booted = self._boot_clock.reboots
         measured_s = self._boot_clock.measured_s(message.time_boot_ms / 1e3, now_s)
+        if self._boot_clock.reboots != booted:
+            self._begin_anew()
         if measured_s is not None:
             self.status = with_position(self.status, message, measured_s)
+
+    def _begin_anew(self) -> None:
+        """It was rebooted: repaired, or with other parameters, most of which act from a reboot on."""
+        self._motors_lost, self._parameters = False, ParameterReader()
+        self.status = changed(self.status, motors_ok=True, parameters_settled=False, parameters_missing=())
 
     def _on_readiness(self, name: str, message: Any) -> None:
         """In the air the pre-arm checks have had their say; what counts then is the position."""

@@ -4,7 +4,7 @@ import contextlib
 import errno
 import socket
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -28,7 +28,7 @@ _HOW = "write udpout:HOST:PORT, udpin:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:
 Peer = tuple[str, int]
 
 
-class LinkError(Exception):
+class LinkError(ValueError):
     """An address that cannot be used: what, why and how to mend it, in one line."""
 
 
@@ -46,6 +46,9 @@ class Transport(Protocol):
 
     def peers(self) -> list[Peer]:
         """Everyone known."""
+
+    def take_trouble(self) -> str:
+        """Why something could not be sent or read since the last call; empty: nothing, or it is told otherwise."""
 
     def close(self) -> None: ...
 
@@ -104,12 +107,21 @@ def open_all(addresses: Sequence[str]) -> list[Transport]:
     return opened
 
 
+def troubles_of(transports: Iterable[Transport]) -> list[str]:
+    """A sentence for each on which something could not be sent or read since the last call."""
+    return [
+        f"{transport.address}: not everything could be sent or read ({words}); is this machine's network up?"
+        for transport in transports
+        if (words := transport.take_trouble())
+    ]
+
+
 class UdpTransport:
     """One UDP socket. Outgoing: one fixed peer. Listening: peers are whoever has spoken."""
 
     def __init__(self, address: str, where: Peer, *, listening: bool, kept: int = KEPT_DATAGRAMS) -> None:
         self.address, self.skipped = address, 0
-        self._kept = kept
+        self._kept, self._trouble = kept, ""
         self._peers: dict[Peer, None] = {} if listening else {where: None}
         self._learns = listening
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -136,6 +148,9 @@ class UdpTransport:
                 batch = self._datagrams.receive()
             except ConnectionRefusedError:  # an ICMP answer to an earlier datagram: nobody listens there yet
                 continue
+            except OSError as error:  # this network is gone; the drones on others fly on
+                self._trouble = error.strerror or str(error)
+                break
             for data, peer in batch:
                 if self._learns:
                     self._peers[peer] = None
@@ -151,10 +166,19 @@ class UdpTransport:
         return list(self._peers)
 
     def write(self, data: bytes, peer: Peer | None) -> None:
-        """Send one datagram."""
+        """Send one datagram; what cannot leave is lost, as on a radio, whatever the reason (no route, no network)."""
         for target in [peer] if peer is not None else list(self._peers):
-            with contextlib.suppress(BlockingIOError, ConnectionRefusedError):
+            try:
                 self._datagrams.send(data, target)
+            except (BlockingIOError, ConnectionRefusedError):
+                continue
+            except OSError as error:
+                self._trouble = error.strerror or str(error)
+
+    def take_trouble(self) -> str:
+        """Why a datagram could not be sent or read since the last call."""
+        trouble, self._trouble = self._trouble, ""
+        return trouble
 
     def close(self) -> None:
         """Release the port."""
@@ -193,6 +217,10 @@ class TcpTransport:
     def peers(self) -> list[Peer]:
         """The other end."""
         return [self._where]
+
+    def take_trouble(self) -> str:
+        """Nothing: a broken connection is opened again, and its silence is told."""
+        return ""
 
     def write(self, data: bytes, peer: Peer | None) -> None:
         """Send; a broken or unfinished connection drops the bytes and is noticed by read."""
@@ -247,6 +275,10 @@ class SerialTransport:
     def peers(self) -> list[Peer]:
         """The other end."""
         return [self._peer]
+
+    def take_trouble(self) -> str:
+        """Nothing: a broken connection is opened again, and its silence is told."""
+        return ""
 
     def write(self, data: bytes, peer: Peer | None) -> None:
         """Send; what the line does not take at once is dropped, as a radio would."""

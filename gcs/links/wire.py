@@ -44,5 +44,8 @@ class Wire(Protocol):
     def skipped(self) -> Mapping[str, int]:
         """Datagrams thrown away unread so far, by address."""
 
+    def troubles(self) -> Sequence[str]:
+        """What could not be sent, read or logged since the last call, a sentence for each address with trouble."""
+
     def close(self) -> None:
         """Release sockets."""

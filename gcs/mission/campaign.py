@@ -18,6 +18,7 @@ from gcs.ports import (
     DecisionRecord,
     DroneCheckpoint,
     SlotRecord,
+    UavTrack,
     VehicleStatus,
 )
 from gcs.safety.envelope import envelope_of
@@ -50,6 +51,7 @@ class Campaign:
         self.setpoints = SetpointBooks()
         self.session = uuid.uuid4().hex[:12]  # of the policy: begun at the start, and anew after a restart
         self.policy_seed = order.seed
+        self.bystanders: list[UavTrack] = []  # own drones in the air that are none of the campaign's
         self.gate_acts: dict[int, tuple[str, float]] = {}  # system id -> newest reason, when
         if resumption is not None:
             was = resumption.checkpoint

@@ -63,6 +63,7 @@ class Drone:
     reason: str = ""  # why it was released or sent home
     ticket: CommandTicket | None = None
     ordering: CommandKind | None = None  # the order under way
+    launch_ordered: bool = False  # to arm or to take off: it may be on its way up though nothing shows it yet
     attempts: int = 0
     retry_at_s: float = 0.0
     verdicts: list[Verdict] = field(default_factory=list)  # answers that the log has not told yet
@@ -92,6 +93,7 @@ class Drone:
             altitude_m = self.layer_alt_m if kind is CommandKind.TAKEOFF else None
             self.ticket = link.submit(VehicleCommand(kind, self.system_id, altitude_m), now_s)
             self.attempts, self.ordering = self.attempts + 1, kind
+            self.launch_ordered = self.launch_ordered or kind in {CommandKind.ARM, CommandKind.TAKEOFF}
         verdict = self.ticket.verdict
         if verdict is None:
             return None

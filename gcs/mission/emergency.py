@@ -45,6 +45,16 @@ class EmergencyStop:
             for known in [known for known in memory if not self.stops(known)]:
                 del memory[known]
 
+    def leave(self, system_id: int, now_s: float) -> None:
+        """A person orders this vehicle something else meanwhile (to return, to land): the stop no longer presses it.
+
+        The latch stays, and a vehicle that is seen in our own mode after that is told to hold again.
+        """
+        self._tickets.pop(system_id, None)
+        self._again_s.pop(system_id, None)
+        if self.stops(system_id):
+            self._obeyed_s[system_id] = now_s
+
     def step(self, vehicles: Mapping[int, VehicleStatus], link: FleetLink, now_s: float) -> list[Verdict]:
         """Send what is due; returns new verdicts for the log."""
         verdicts = []

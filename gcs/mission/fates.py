@@ -6,12 +6,12 @@ from gcs.mission.drone import Control, Drone
 from gcs.mission.resume import STREAM_LOST_MODES
 from gcs.mission.script import Script
 from gcs.mission.steps import (
-    DISARM_STEPS,
     FOLLOW_STEPS,
     HOME_STEPS,
     LAND_HERE_STEPS,
     REGAIN_STEPS,
     RETURN_STEPS,
+    STAND_DOWN_STEPS,
     Climb,
     FlyTo,
 )
@@ -37,10 +37,23 @@ def take_back(drone: Drone, state: CampaignState, *, stopped: bool) -> None:
 
 
 def send_home(drone: Drone) -> None:
-    """Out of the slots and home in its own layer, under our control."""
-    drone.script = Script(HOME_STEPS)
+    """Out of the slots and home in its own layer, under our control: one that does not obey yet is taken over first."""
+    if drone.halted or drone.control is Control.STREAM:
+        _regain_and_go_home(drone)
+    else:
+        drone.script = Script(HOME_STEPS)
     if drone.status is not None and not drone.status.motors_ok:
-        drone.top_mps = LAME_MPS
+        slow_down(drone)
+
+
+def slow_down(drone: Drone) -> bool:
+    """A motor has failed: no faster from now on, on the way that it is flying as well. False: that is known already."""
+    if drone.top_mps <= LAME_MPS:
+        return False
+    drone.top_mps = LAME_MPS
+    if drone.goal is not None:
+        drone.goal.speed_mps = min(drone.goal.speed_mps, LAME_MPS)
+    return True
 
 
 def let_go(drone: Drone, *, follow: bool) -> None:
@@ -84,14 +97,20 @@ def bring_down(drone: Drone) -> None:
     drone.forget_orders()
     drone.park()
     if drone.halted or drone.control is Control.STREAM:
-        drone.script, drone.halted = Script((*REGAIN_STEPS, *HOME_STEPS)), False
-        drone.control = Control.STREAM
+        _regain_and_go_home(drone)
     elif drone.control is Control.GUIDED:
         drone.script = Script(HOME_STEPS)
     elif drone.is_airborne:
         drone.script = Script(LAND_HERE_STEPS)
         drone.control = Control.AUTOPILOT
-    elif drone.status is not None and drone.status.armed:
-        drone.script = Script(DISARM_STEPS)
+    elif drone.launch_ordered or (drone.status is not None and drone.status.armed):
+        drone.script = Script(STAND_DOWN_STEPS)
     else:
         drone.script, drone.landed = Script(()), True
+
+
+def _regain_and_go_home(drone: Drone) -> None:
+    drone.forget_orders()
+    drone.park()
+    drone.script, drone.halted = Script((*REGAIN_STEPS, *HOME_STEPS)), False
+    drone.control = Control.STREAM

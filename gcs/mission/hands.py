@@ -6,10 +6,10 @@ from gcs.mission.changes import Changes, anyone_left
 from gcs.mission.custody import is_unreachable, judge_custody
 from gcs.mission.drone import Control, Drone
 from gcs.mission.emergency import EmergencyStop
-from gcs.mission.fates import order_return, take_back
+from gcs.mission.fates import order_return, slow_down, take_back
 from gcs.mission.script import Crew
 from gcs.mission.watch import DropOut, Fate, motor_failed
-from gcs.ports import CampaignState, Severity
+from gcs.ports import CampaignState, Severity, VehicleStatus
 
 
 class Hands:
@@ -24,8 +24,8 @@ class Hands:
             if drone.control is Control.RELEASED or drone.landed:
                 continue
             found = judge_custody(drone, campaign.state, now_s, stalled_s)
-            if found is None and drone.active and drone.status is not None:
-                found = motor_failed(drone.status)
+            if found is None and drone.status is not None and drone.is_airborne:
+                found = self._motor(campaign, drone, drone.status)
             heard = drone.silent_s is not None and not is_unreachable(drone, now_s)
             if found is None and not heard:
                 continue
@@ -41,6 +41,15 @@ class Hands:
                 take_back(drone, campaign.state, stopped=self._emergency.stops(drone.system_id))
             else:
                 self._changes.drop(campaign, drone, found)
+
+    def _motor(self, campaign: Campaign, drone: Drone, status: VehicleStatus) -> DropOut | None:
+        """A failed motor in the slots and in the launch; one that is on its way home already only becomes slow."""
+        found = motor_failed(status)
+        if found is None or drone.active or campaign.state is CampaignState.LAUNCHING:
+            return found
+        if slow_down(drone):
+            self._changes.tell(drone, found, Severity.WARNING)
+        return None
 
     def run_scripts(self, campaign: Campaign, now_s: float) -> None:
         """One tick of every script that nobody stopped."""

@@ -97,7 +97,7 @@ class MissionManager:
         if self.emergency.latched:
             raise Refused("the emergency stop is latched; reset it first")
         campaign = self._need()
-        if any(drone.halted for drone in campaign.drones):
+        if any(drone.halted and drone.active for drone in campaign.drones):
             raise Refused("drones are still being taken over after the emergency stop; try again in a few seconds")
         self._operator(Trigger.RESUME, actor)
         assert campaign.slots is not None
@@ -106,6 +106,8 @@ class MissionManager:
     def abort(self, now_s: float, actor: str, reason: str = "aborted by the operator") -> None:
         """Everyone returns and lands."""
         self._at(now_s)
+        if self.emergency.latched:
+            reason = f"{reason}; everyone holds until the emergency stop is reset, then comes home"
         campaign = self._operator(Trigger.ABORT, actor, reason)
         if campaign.state is CampaignState.RECOVERING:
             bring_all_down(campaign)
@@ -133,6 +135,8 @@ class MissionManager:
     def reset_stop(self, now_s: float, actor: str, system_id: int | None = None) -> None:
         """Take the latch off: halted drones are taken over again and hold; a launch that was stopped goes home."""
         self._at(now_s)
+        if system_id is not None and self.emergency.latched:
+            raise Refused(f"all drones are stopped, drone {system_id} with them; reset the emergency stop of all")
         who = "" if system_id is None else f" of drone {system_id}"
         self._log.event("safety.stop_reset", f"emergency stop{who} reset", Severity.CAUTION, system_id, actor=actor)
         self.emergency.reset(system_id)
@@ -151,6 +155,11 @@ class MissionManager:
         self._at(now_s)
         campaign = self.campaign
         if campaign is None:
+            return
+        if campaign.resumption is not None:  # it is left out when the others are taken over
+            campaign.resumption = campaign.resumption.without(system_id)
+            words = f"drone {system_id}: {reason}"
+            self._log.event("drone.release", words, Severity.WARNING, system_id)
             return
         for drone in campaign.drones:
             if drone.system_id == system_id and drone.control is not Control.RELEASED:

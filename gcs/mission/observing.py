@@ -10,7 +10,10 @@ from gcs.mission.campaign_log import CampaignLog
 from gcs.mission.custody import note_link
 from gcs.mission.drone import Drone
 from gcs.mission.watch import position_lost
-from gcs.ports import Severity, VehicleStatus
+from gcs.ports import Severity, UavTrack, VehicleStatus
+
+ON_GROUND_M = 1.0
+FORGOTTEN_S = 60.0  # a drone of no campaign that is not heard for so long is not kept clear of any more
 
 
 def observe(campaign: Campaign, vehicles: Mapping[int, VehicleStatus], now_s: float, log: CampaignLog) -> None:
@@ -25,10 +28,18 @@ def observe(campaign: Campaign, vehicles: Mapping[int, VehicleStatus], now_s: fl
         drone.track = make_track(status, frame, now_s) or drone.track
         note_link(drone, status, now_s)
         _doubt_position(drone, status, log)
+    campaign.bystanders = _bystanders(campaign, vehicles, now_s)
     if campaign.slots is not None and not campaign.slots.finished:
         campaign.slots.measure(now_s)
     in_air = [d.track for d in campaign.drones if d.track is not None and (d.active or d.is_airborne)]
     campaign.monitor.tick(in_air)
+
+
+def _bystanders(campaign: Campaign, vehicles: Mapping[int, VehicleStatus], now_s: float) -> list[UavTrack]:
+    """Where own drones are that fly without the campaign: by an order of their own, or left by a campaign before."""
+    ours, frame = set(campaign.order.system_ids), campaign.scenario.area.frame
+    heard = [make_track(v, frame, now_s) for i, v in vehicles.items() if i not in ours and v.armed]
+    return [t for t in heard if t is not None and t.alt_home_m > ON_GROUND_M and t.age_s <= FORGOTTEN_S]
 
 
 def _doubt_position(drone: Drone, status: VehicleStatus, log: CampaignLog) -> None:

@@ -14,7 +14,9 @@ import numpy as np
 from gcs.fleet.track import is_link_lost, make_track
 from gcs.mission.watch import return_energy_j
 from gcs.ports import UavTrack, VehicleStatus
+from gcs.safety.envelope import FENCE_MARGIN_M, OBSTACLE_MARGIN_SHARE, VERTICAL_SEPARATION_M
 from policy.world.energy import propulsion_power_w
+from policy.world.geometry import distance_to_polygon_m
 from policy.world.scenario import Scenario
 
 OWN_SYSTEM_ID = 245  # of this ground station (gcs.links): ArduPilot's failsafe must listen to it
@@ -123,10 +125,27 @@ def _autopilot(seat: _Seat) -> _Finding:
     return _GOOD
 
 
+def _parameters(seat: _Seat) -> _Finding:
+    """What the plan and the gate count with is read once, at the start: not before it is there."""
+    if not seat.status.parameters_settled:
+        return Grade.RED, "are still being read; wait some seconds (a minute on a bad link)"
+    if seat.status.parameters_missing:
+        return Grade.CAUTION, f"it does not tell {', '.join(seat.status.parameters_missing)}: look them up yourself"
+    return _GOOD
+
+
+def _motors(seat: _Seat) -> _Finding:
+    if not seat.status.motors_ok:
+        return Grade.RED, "it says that one has failed; mend it and reboot the autopilot"
+    return _GOOD
+
+
 def _position(seat: _Seat) -> _Finding:
     if not seat.status.position_ready or seat.track is None:
         said = f"; it says: {seat.status.texts[-1]}" if seat.status.texts else ""
         return Grade.RED, f"not ready by the vehicle's own flags{said}"
+    if not seat.status.satellites_ok:
+        return Grade.RED, "its satellite receiver has failed"
     return (Grade.RED, f"is {seat.track.age_s:.1f} s old") if seat.track.is_stale else _GOOD
 
 
@@ -149,10 +168,32 @@ def _place(seat: _Seat) -> _Finding:
     width_m, height_m = seat.scenario.area.size_m
     if not (0.0 <= east_m <= width_m and 0.0 <= north_m <= height_m):
         return Grade.RED, f"stands outside the area ({east_m:.0f} m east, {north_m:.0f} m north of its corner)"
+    edge_m = min(east_m, width_m - east_m, north_m, height_m - north_m)
+    if edge_m < FENCE_MARGIN_M:
+        words = f"stands {edge_m:.1f} m from the area's edge, and is kept {FENCE_MARGIN_M:g} m inside it"
+        return Grade.RED, f"{words}: it could not come back to its pad; move it, or make the area larger"
+    wall = _wall_over_pad(seat.scenario, (east_m, north_m))
+    if wall:
+        return Grade.RED, wall
     distance_m = _launch_distance_m(seat)
     if distance_m > FAR_LAUNCH_M:
         return Grade.RED, f"its launch point is {distance_m:.0f} m away; {FAR_LAUNCH_M:.0f} m are allowed"
     return _GOOD
+
+
+def _wall_over_pad(scenario: Scenario, pad_m: tuple[float, float]) -> str:
+    """Why a drone could not come back to a pad so near a wall, or climb from it; empty where it can."""
+    point_m, margin_m = np.array(pad_m), OBSTACLE_MARGIN_SHARE * scenario.obstacle_margin_m
+    for obstacle in scenario.area.obstacles:
+        gap_m = float(distance_to_polygon_m(point_m, obstacle.polygon_m))
+        if gap_m <= 0.0:
+            return f'stands where obstacle "{obstacle.name}" is drawn; move it, or mend the map'
+        if gap_m < margin_m and obstacle in scenario.blocking_obstacles:
+            return (
+                f'stands {gap_m:.1f} m from obstacle "{obstacle.name}", and is kept {margin_m:g} m off it in the air:'
+                " it could not come back to its pad; move it"
+            )
+    return ""
 
 
 def _battery(seat: _Seat) -> _Finding:
@@ -172,6 +213,8 @@ def _limits(seat: _Seat) -> _Finding:
         words.append(
             f"flies {limits.max_speed_mps:.3g} m/s at most, the mission asks for {wanted_mps:g}: the plan obeys"
         )
+    if limits.max_speed_mps is None and seat.status.autopilot == "px4":
+        words.append(f"its top speed is not known (MPC_XY_VEL_MAX); the plan counts on {wanted_mps:g} m/s")
     if limits.max_accel_mps2 is None:
         words.append("its acceleration limit is not known; 4.5 m/s² is assumed")
     return (Grade.CAUTION, "; ".join(words)) if words else _GOOD
@@ -239,6 +282,15 @@ def _fence(seat: _Seat) -> _Finding:
     return _GOOD
 
 
+def _layers(seat: _Seat) -> _Finding:
+    """Only layers far enough apart keep drones apart whose ways cross; the gate counts on it."""
+    layer_m = seat.scenario.layer_m
+    if seat.scenario.num_uavs > 1 and layer_m < VERTICAL_SEPARATION_M:
+        words = f"layers of {layer_m:g} m do not keep drones apart that fly over one another"
+        return Grade.RED, f"{words}; set layer_m to 5 ({VERTICAL_SEPARATION_M:g} at least)"
+    return _GOOD
+
+
 def _return_height(seat: _Seat) -> _Finding:
     """A return that climbs goes through the layers of the drones above it."""
     values, scenario = seat.status.parameters, seat.scenario
@@ -274,8 +326,10 @@ _RULES = (
     ("link", _link),
     ("autopilot", _autopilot),
     ("version", _version),
+    ("parameters", _parameters),
     ("position", _position),
     ("home", _home),
+    ("motors", _motors),
     ("ground", _ground),
     ("place", _place),
     ("battery", _battery),
@@ -286,6 +340,7 @@ _RULES = (
     ("link failsafe", _failsafe),
     ("battery failsafe", _battery_failsafe),
     ("fence", _fence),
+    ("layers", _layers),
     ("return height", _return_height),
     ("clock", _clock),
 )

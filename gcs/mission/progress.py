@@ -29,6 +29,8 @@ class Progress:
         match campaign.state:
             case CampaignState.LAUNCHING if all(drone.script.finished for drone in campaign.drones):
                 self._begin_slots(campaign, now_s)
+            case CampaignState.LAUNCHING | CampaignState.PAUSED:  # who waits in the air: nobody knows for how long
+                self.check_batteries(campaign)
             case CampaignState.FLYING:
                 self._fly(campaign, now_s)
             case CampaignState.RECOVERING if all(_is_settled(drone) for drone in campaign.drones):
@@ -42,10 +44,11 @@ class Progress:
         bring_all_down(campaign)
 
     def check_batteries(self, campaign: Campaign) -> None:
-        """Before each slot: who can fly it and still come home."""
+        """Before each slot, and while it is waited for: who can fly it and still come home."""
         reserve = campaign.order.settings.battery_reserve
         for drone in campaign.drones:
-            if not drone.active or drone.status is None or drone.track is None or drone.pad_m is None:
+            launched = campaign.state is CampaignState.LAUNCHING and drone.is_streamed and drone.script.finished
+            if not (drone.active or launched) or drone.status is None or drone.track is None or drone.pad_m is None:
                 continue
             dropout = battery_low(drone.status, drone.track, drone.pad_m, campaign.scenario, reserve)
             if dropout is not None:

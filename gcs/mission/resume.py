@@ -7,7 +7,7 @@ next: no order is repeated that may have been obeyed.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from gcs.fleet.track import is_link_lost
 from gcs.mission.drone import Control, Drone
@@ -47,6 +47,14 @@ class Resumption:
         state = self.checkpoint.state
         unopened = state in {CampaignState.FLYING, CampaignState.PAUSED} and not self.records
         return CampaignState.LAUNCHING if unopened else state
+
+    def without(self, system_id: int) -> "Resumption":
+        """A person has ordered this drone something before it was taken over: it is not ours any more."""
+        drones = tuple(
+            replace(drone, control=Control.RELEASED.value) if drone.system_id == system_id else drone
+            for drone in self.checkpoint.drones
+        )
+        return replace(self, checkpoint=replace(self.checkpoint, drones=drones))
 
     @property
     def slot_start_s(self) -> float:
@@ -135,7 +143,7 @@ def takeover(state: CampaignState, was: DroneCheckpoint, drone: Drone, now_s: fl
     """The table: campaign's state, what the drone was and what it does now, to what it is to do."""
     status = drone.status
     if was.control == Control.RELEASED:
-        return Takeover(Control.RELEASED, reason="it was released before the server ended")
+        return Takeover(Control.RELEASED, reason="it was released before the campaign was taken up")
     if status is None or not _is_heard(drone, now_s):
         return _unheard(state, was)
     return _in_the_air(state, was, status) if drone.is_airborne else _on_ground(state, was, status, ready_s)

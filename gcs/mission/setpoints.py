@@ -23,6 +23,7 @@ def fleet_setpoints(campaign: Campaign, now_s: float, stopped: Callable[[int], b
         for drone in campaign.drones
         if drone.track is not None and not drone.is_streamed and drone.is_airborne
     ]
+    others += [replace(track, vel_up_mps=0.0) for track in campaign.bystanders]
     return campaign.gate.judge(wishes, others)
 
 

@@ -177,7 +177,7 @@ class SlotFlight:
                 self._references = None
                 return record, None
             self._begin_slot(self._slot_start_s + self.scenario.slot_s, now_s)
-        elif self._plan_wanted and not any(drone.halted for drone in self._drones):
+        elif self._plan_wanted and not any(drone.halted and drone.active for drone in self._drones):
             self._plan_rest(now_s)
         return record, self._take_decision(now_s)
 
@@ -195,8 +195,14 @@ class SlotFlight:
         return tuple(missed)
 
     def pause(self, now_s: float) -> None:
-        """Stop the slot clock; the fleet holds where it can come to rest."""
+        """Stop the slot clock; the fleet holds where it can come to rest.
+
+        A decision under way is for where the fleet is now: what is left of the slot is planned anew afterwards.
+        """
         self._paused_at_s = now_s
+        if self._ticket is not None and self._asked is not None:
+            self._late.append((self._asked, self._ticket))
+            self._ticket, self._plan_wanted = None, True
         self.hold_all()
 
     def resume(self, now_s: float) -> None:

@@ -19,6 +19,7 @@ STUCK_BELOW_MPS = 0.2
 CLEAR_BELOW_M = 15.0  # a drone on the next pad must be this much lower before one descends
 PAD_NEIGHBOUR_M = 20.0
 WAIT_TOLD_S = 60.0  # over its pad for another one below: those that land take less, one that hangs there is told of
+STAND_DOWN_S = 8.0  # an order's five repeats, a second each, and the heartbeat that shows what came of them
 DISARM_PATIENCE_S = 15.0  # ArduPilot disarms 2 s after touch-down (measured), PX4 likewise
 
 
@@ -223,6 +224,33 @@ class Down(Step):
 
 
 @dataclass(frozen=True)
+class StandDown(Step):
+    """On the ground when its launch was called off; an order to arm or take off may still be obeyed.
+
+    Its answer, its repeats and the heartbeat that shows it armed come seconds later: told to disarm, and to land once
+    it flies or says that it cannot disarm, it is watched until nothing can come any more.
+    """
+
+    timeout_s: float = 60.0
+    what: ClassVar[str] = "standing down"
+
+    def begin(self, at: Moment) -> None:
+        """Whatever its launch had ordered last is not asked for again."""
+        at.drone.forget_orders()
+
+    def check(self, at: Moment) -> Done | Failed | None:
+        """Seen disarmed for long enough, or in the air after all."""
+        drone, armed = at.drone, at.drone.status is not None and at.drone.status.armed
+        verdict = drone.order(CommandKind.DISARM, at.crew.link, at.now_s, attempts=1)
+        if drone.is_airborne or (armed and verdict is not None and verdict.result is VerdictResult.REFUSED):
+            return Done(then=LAND_HERE_STEPS)
+        if armed or at.after_s < STAND_DOWN_S:
+            return None
+        drone.landed = True
+        return Done()
+
+
+@dataclass(frozen=True)
 class Follow(Step):
     """Its failsafe or a pilot brings it down: wait until it stands, and send nothing."""
 
@@ -265,7 +293,7 @@ HOME_STEPS: tuple[Step, ...] = (FlyTo(home=True), Descend(), Order(CommandKind.L
 LAND_HERE_STEPS: tuple[Step, ...] = (Order(CommandKind.LAND), Down())
 RETURN_STEPS: tuple[Step, ...] = (Order(CommandKind.RETURN), Down(timeout_s=900.0))
 FOLLOW_STEPS: tuple[Step, ...] = (Follow(),)
-DISARM_STEPS: tuple[Step, ...] = (Order(CommandKind.DISARM), Down())
+STAND_DOWN_STEPS: tuple[Step, ...] = (StandDown(),)
 
 
 def launch_steps(ready_timeout_s: float) -> tuple[Step, ...]:

@@ -13,6 +13,9 @@ FENCE_MARGIN_M = 3.0  # kept inside the area's edge: GNSS noise and gusts
 OBSTACLE_MARGIN_SHARE = 0.5  # of the planner's margin: the plan keeps clear, the gate catches what does not
 ALTITUDE_ABOVE_M = 5.0  # over the highest layer
 LOWEST_GUIDED_M = 8.0  # below this only the autopilot's own landing flies
+VERTICAL_SEPARATION_M = 4.0  # layers are 5 m apart, a drone holds its height to a metre
+LAYER_SHARE = 0.8  # of layers that are nearer to each other than that
+NO_LAYERS_M = 1.0  # as well as a height is held: nearer than that they are one height, and kept apart as such
 LAG_S = 0.25  # a vehicle that is still gaining speed at the time-out turns its acceleration round only so fast (jerk)
 BRAKE_SHARE = 0.85  # of the acceleration limit counted on for braking: lag, drag and wind take the rest
 
@@ -37,7 +40,7 @@ class Envelope:
     tick_s: float = 0.1
     setpoint_timeout_s: float = 1.0  # how long the autopilot goes on with its last setpoint when no more arrive
     separation_m: float = 10.0  # level distance between own UAVs of about one height
-    vertical_separation_m: float = 4.0  # layers are 5 m apart, a drone holds its height to a metre
+    vertical_separation_m: float = VERTICAL_SEPARATION_M
     obstacle_names: tuple[str, ...] = field(default=())
 
     def bounds(self) -> Bounds:
@@ -82,5 +85,9 @@ def envelope_of(scenario: Scenario, max_accel_mps2: float, setpoint_timeout_s: f
         accel_mps2=max_accel_mps2,
         brake_mps2=BRAKE_SHARE * max_accel_mps2,
         setpoint_timeout_s=setpoint_timeout_s,
-        vertical_separation_m=min(4.0, 0.8 * scenario.layer_m),
+        vertical_separation_m=_vertical_separation_m(scenario.layer_m),
     )
+
+
+def _vertical_separation_m(layer_m: float) -> float:
+    return VERTICAL_SEPARATION_M if layer_m < NO_LAYERS_M else min(VERTICAL_SEPARATION_M, LAYER_SHARE * layer_m)

@@ -1,11 +1,15 @@
 """Campaigns over REST."""
 
+from pathlib import Path
+
 import httpx
 import pytest
-from api_server import SMALL, Server
+from api_server import SMALL, Server, serving
 
+from gcs.api.settings import ApiSettings
 from gcs.ports import CampaignState, Event, RequestKind
 from gcs.store.keys import Role
+from gcs.store.store import Store
 
 WAIT_S = 10.0
 
@@ -149,3 +153,16 @@ def test_the_checklist_is_shown_and_only_an_admin_overrides_it(
     assert keyed.store.journal.flush(WAIT_S)
     (told,) = operator.get("/api/v1/events", params={"kind": "api.start"}).json()["events"]
     assert (told["actor"], told["message"]) == ("admin", "start asked for in spite of red pre-flight lines")
+
+
+def test_the_checklist_is_of_the_drones_that_a_start_takes(server_store: Store, tmp_path: Path) -> None:
+    """They are taken as they were named (``--drone 2=... --drone 7=...``), not by their numbers; heard are 1, 2."""
+    named = {}
+    for seats in ((), (2, 7, 1)):
+        settings = ApiSettings(one_time_key="k", dashboard=tmp_path / "none", seats=seats)
+        with serving(server_store, settings) as server, httpx.Client(base_url=server.url, trust_env=False) as client:
+            body, key = {"mission": "demo"}, {"authorization": "Bearer k"}
+            made = client.post("/api/v1/campaigns", json=body, headers=key).json()["id"]
+            lines = client.get(f"/api/v1/campaigns/{made}/preflight").json()["lines"]
+            named[seats] = list(dict.fromkeys(line["system_id"] for line in lines))
+    assert named == {(): [1, 2], (2, 7, 1): [2, 7]}

@@ -1,11 +1,13 @@
 """The server's configuration file."""
 
+import argparse
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gcs.cli.server_options import with_options
 from gcs.config import ConfigError, ServerConfig, check_config, load_config
 
 EXAMPLE = """
@@ -70,3 +72,14 @@ def test_rubbish_is_a_config_error_or_a_config(document: object) -> None:
         assert isinstance(check_config(document, "here"), ServerConfig)
     except ConfigError as error:
         assert str(error).startswith("here: ")  # noqa: PT017 either outcome is right
+
+
+def test_one_drone_is_not_named_twice_and_a_folder_for_logs_may_be() -> None:
+    given = argparse.Namespace(
+        host=None, port=None, speedup=None, store=None, tlog=Path("logs"), drone=["2=udpout:a:1", "1=udpout:b:1"]
+    )
+    config = with_options(ServerConfig(drones={1: "udpout:c:1"}), given)
+    assert (config.drones, config.link.tlog) == ({1: "udpout:b:1", 2: "udpout:a:1"}, Path("logs"))
+    given.drone.append("2=udpout:d:1")
+    with pytest.raises(ConfigError, match="2=udpout:a:1,udpout:d:1"):
+        with_options(ServerConfig(), given)

@@ -255,6 +255,7 @@ class MovingFlight:
             mode=FlightMode.HOLD,
             mode_name="AUTO.LOITER",
             position_ready=True,
+            parameters_settled=True,
             landed=Landed.ON_GROUND,
             lat_deg=self._origin_deg[0] + 0.0054,
             lon_deg=self._origin_deg[1] + 0.0106,

@@ -53,6 +53,8 @@ class FakeVehicle:
     leaves_offboard: bool = False  # as PX4 does: after 1 s without setpoints it is in POSCTL
     motors_ok: bool = True
     satellites_ok: bool = True
+    slow_heartbeat: bool = False  # armed shows once a second only, as in a real vehicle's regular heartbeat
+    shown_armed: bool = False
     stubborn: int = 0  # so many orders to hold are lost
     alt_m: float = 0.0
     vel: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])  # east, north, up
@@ -167,6 +169,10 @@ class FakeFleet:
         self._uplinks = {vehicle.system_id: UplinkMeter() for vehicle in vehicles}
         self.commands: list[VehicleCommand] = []
 
+    def add(self, vehicle: FakeVehicle) -> None:
+        """One more, that nobody may have orders for."""
+        self.fleet[vehicle.system_id], self._uplinks[vehicle.system_id] = vehicle, UplinkMeter()
+
     def now_s(self) -> float:
         return self._now_s
 
@@ -222,6 +228,8 @@ class FakeFleet:
         if not vehicle.deaf:
             self._answered_s[vehicle.system_id] = now_s
             self._uplinks[vehicle.system_id].on_answer(now_s, now_s)
+        if not vehicle.slow_heartbeat or round(now_s / STEP_S) % round(1.0 / STEP_S) == 0:
+            vehicle.shown_armed = vehicle.armed
         lat_deg, lon_deg = self.frame.to_geodetic_deg(vehicle.east_m, vehicle.north_m)
         home_lat_deg, home_lon_deg = self.frame.to_geodetic_deg(*vehicle.home)
         return VehicleStatus(
@@ -229,7 +237,7 @@ class FakeFleet:
             autopilot=vehicle.autopilot,
             mode=vehicle.mode,
             mode_name=vehicle.mode_name if vehicle.mode is FlightMode.PILOT else vehicle.mode.value.upper(),
-            armed=vehicle.armed,
+            armed=vehicle.shown_armed,
             landed=Landed.ON_GROUND if vehicle.alt_m < 0.1 else Landed.IN_AIR,
             position_ready=now_s >= vehicle.ready_at_s,
             lat_deg=lat_deg,
@@ -248,6 +256,7 @@ class FakeFleet:
             motors_ok=vehicle.motors_ok,
             satellites_ok=vehicle.satellites_ok,
             limits=VehicleLimits(18.0, vehicle.accel_mps2, 1.0),
+            parameters_settled=True,
         )
 
 

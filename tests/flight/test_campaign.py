@@ -337,6 +337,25 @@ def test_abort_brings_everyone_down(when: str) -> None:
     assert "operator" in last.campaign.reason
 
 
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+@pytest.mark.parametrize("ticks", [1, 3, 6, 12, 20])
+def test_an_abort_just_after_the_takeoff_was_ordered_leaves_nobody_in_the_air(autopilot: str, ticks: int) -> None:
+    """The heartbeat that shows it armed comes up to a second later, and the first metre takes longer still."""
+    flight = Flight(autopilot=autopilot)
+    for vehicle in flight.vehicles:
+        vehicle.slow_heartbeat = True
+    flight.start()
+    flight.until(lambda s: CommandKind.TAKEOFF in flight.vehicles[0].commands)
+    for _ in range(ticks):
+        flight.loop.tick()
+    assert flight.ask(RequestKind.ABORT) == ""
+    flight.until_state(CampaignState.ABORTED)
+    end_s = flight.fleet.now_s() + 30.0
+    flight.until(lambda s: s.time_s > end_s)
+    assert not any(vehicle.armed for vehicle in flight.vehicles)
+    assert "drone.lost" not in flight.journal.kinds()
+
+
 def test_a_pilots_mode_change_is_respected_and_the_rest_go_on() -> None:
     flight = Flight()
     flight.start()

@@ -241,3 +241,21 @@ def test_a_landing_that_shows_before_its_answer_is_not_taken_for_a_pilots() -> N
             ticket.verdict = answered.verdict if flight.fleet.now_s() >= due_s else None
     assert "drone.release" not in flight.journal.kinds()
     assert not any(vehicle.armed for vehicle in flight.vehicles)
+
+
+def test_a_drone_that_a_person_orders_down_before_it_is_taken_over_is_not_taken_over() -> None:
+    """The others are waited for, taken over, and go on."""
+    flight = Flight()
+    flight.start()
+    flight.until_slot(2)
+    restart(flight, 1.0)
+    flight.vehicles[1].silent = True
+    flight.loop.tick()
+    assert flight.ask(RequestKind.COMMAND, VehicleCommand(CommandKind.HOLD, 1)) == ""
+    flight.vehicles[1].silent = False
+    told = len(flight.vehicles[0].commands)
+    last = flight.until_state(CampaignState.DONE, CampaignState.FAILED)
+    assert len(flight.vehicles[0].commands) == told
+    assert flight.vehicles[0].mode is FlightMode.HOLD
+    assert flight.journal.slots[-1].uavs[1].active
+    assert "drone 1 was last seen flying" in last.campaign.reason

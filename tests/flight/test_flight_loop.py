@@ -188,3 +188,17 @@ def test_heartbeats_stop_when_the_manager_breaks() -> None:
     for _ in range(3):
         loop.tick()
     assert fleet.flushes == 1, "nothing vouches for a mission that no longer steps"
+
+
+def test_a_request_that_fails_is_refused_and_ends_no_flight() -> None:
+    loop, fleet, _ = loop_of(JumpyClock([]))
+
+    def broken(now_s: float, actor: str, system_id: int | None = None) -> None:
+        raise KeyError("a defect")
+
+    loop._manager.stop = broken  # type: ignore[method-assign]
+    answer = loop.submit(OperatorRequest(RequestKind.EMERGENCY_STOP, "bob"))
+    loop.tick()
+    assert "KeyError" in answer.result(timeout=0).reason
+    loop.tick()
+    assert fleet.flushes == 2

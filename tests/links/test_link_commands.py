@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -13,6 +14,8 @@ from gcs.links.commands import (
     NotSendableError,
     encode_command,
 )
+from gcs.links.session import VehicleSession
+from gcs.links.wire import Fields
 from gcs.ports import CommandKind, Landed, VehicleCommand, VehicleStatus, VerdictResult
 
 PX4 = VehicleStatus(system_id=3, autopilot="px4", alt_amsl_m=212.0, alt_home_m=2.0)
@@ -151,3 +154,63 @@ def test_an_urgent_order_goes_everywhere_and_does_not_wait_long() -> None:
         transaction.step(tick * 0.1, ARDUPILOT, wire)
     assert len(wire.sent) >= 3
     assert all(wire.everywhere)
+
+
+@pytest.mark.parametrize(
+    ("older", "newer", "kept"),
+    [
+        (CommandKind.RETURN, CommandKind.HOLD, False),
+        (CommandKind.LAND, CommandKind.HOLD, False),
+        (CommandKind.TAKEOFF, CommandKind.HOLD, False),
+        (CommandKind.ARM, CommandKind.HOLD, False),
+        (CommandKind.HOLD, CommandKind.LAND, False),
+        (CommandKind.RETURN, CommandKind.LAND, False),
+        (CommandKind.TAKEOFF, CommandKind.DISARM, False),
+        (CommandKind.GUIDED, CommandKind.ARM, True),
+        (CommandKind.TERMINATE, CommandKind.HOLD, True),
+        (CommandKind.LAND, CommandKind.DISARM, True),
+    ],
+)
+def test_an_older_order_is_not_repeated_after_one_that_it_would_undo(
+    older: CommandKind, newer: CommandKind, *, kept: bool
+) -> None:
+    """Both are unanswered: what a vehicle hears last must be what was ordered last."""
+    session, sent = VehicleSession(3, "udp"), []
+    session.status = replace(ARDUPILOT, parameters_settled=True)
+
+    def send(name: str, fields: Fields, *, everywhere: bool = False) -> None:
+        if name == "COMMAND_LONG" and fields["command"] not in {511, 512}:
+            sent.append(fields["command"])
+
+    first = session.submit(order(older, altitude_m=10.0), 0.0)
+    session.flush(0.0, send)
+    session.submit(order(newer, altitude_m=10.0), 0.3)
+    for tick in range(30):
+        session.flush(0.3 + 0.1 * tick, send)
+    number = encode_command(order(older, altitude_m=10.0), ARDUPILOT).number
+    assert (number in sent[1:]) is kept
+    assert (first.verdict is None) is kept
+    if not kept:
+        assert first.verdict is not None
+        assert first.verdict.reason == f"superseded by {newer.value}"
+
+
+def test_after_a_reboot_parameters_are_read_again_and_a_failed_motor_is_forgotten() -> None:
+    """Repaired, or set otherwise: most parameters act from a reboot on."""
+    session = VehicleSession(3, "udp")
+
+    def hear(name: str, **fields: object) -> None:
+        session.receive(name, SimpleNamespace(**fields), 0.0)
+
+    def place(boot_ms: int) -> None:
+        hear("GLOBAL_POSITION_INT", time_boot_ms=boot_ms, lat=1, lon=1, alt=0, relative_alt=0, vx=0, vy=0, vz=0)
+
+    hear("STATUSTEXT", text="Motor failure detected", id=0, chunk_seq=0)
+    session.status = replace(session.status, parameters_settled=True, parameters_missing=("GF_ACTION",))
+    place(60_000)
+    assert not session.status.motors_ok
+    for tick in range(6):
+        place(1_000 + 100 * tick)
+    assert session.reboots == 1
+    assert (session.status.motors_ok, session.status.parameters_settled) == (True, False)
+    assert session.status.parameters_missing == ()

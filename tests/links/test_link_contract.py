@@ -6,7 +6,7 @@ import pytest
 from link_peer import PX4_OFFBOARD, Desk, Passed, Peer
 from pymavlink.dialects.v20 import common as mav
 
-from gcs.links.fleet_link import VELOCITY_AND_YAW, WiredFleetLink
+from gcs.links.fleet_link import CONFLICT_OVER_S, VELOCITY_AND_YAW, WiredFleetLink
 from gcs.links.mavsdk_link import MavsdkFleetLink
 from gcs.links.pymavlink_link import PymavlinkFleetLink
 from gcs.links.transport import LinkError
@@ -205,8 +205,17 @@ def test_a_second_vehicle_with_the_same_id_is_refused(kind: type[WiredFleetLink]
     assert desk.link.vehicles()[1].mode is FlightMode.GUIDED
     assert "second vehicle" in desk.link.vehicles()[1].conflict
     assert "own system id" in notice
+    seen_s = desk.now_s
+
+    def switched_off() -> bool:
+        first.heartbeat(custom=PX4_OFFBOARD)
+        return not desk.link.vehicles()[1].conflict
+
+    desk.until(switched_off)
+    took_s = desk.now_s - seen_s
     for end in (desk.link, first, second):
         end.close()
+    assert took_s == pytest.approx(CONFLICT_OVER_S, abs=1.5)
 
 
 def test_an_address_with_another_vehicle_is_refused(kind: type[WiredFleetLink]) -> None:

@@ -27,6 +27,9 @@ class SlowWire:
 
     def write(self, name: str, fields: Fields, paths: Sequence[Path], now_s: float) -> None: ...
 
+    def troubles(self) -> list[str]:
+        return []
+
     def skipped(self) -> dict[str, int]:
         return {}
 

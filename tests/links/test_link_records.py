@@ -2,13 +2,16 @@
 
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import pytest
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from gcs.links.latency import LatencyMeter
 from gcs.links.tlog import TlogRecorder, without_secrets
+from gcs.links.transport import LinkError
 
 EPOCH_S = 1_700_000_000.0
 
@@ -33,7 +36,7 @@ def test_a_log_opens_in_pymavlink_with_times_and_messages(tmp_path: Path) -> Non
             sent = codec.attitude_encode(1000 * second, 0.1 * second, 0.0, 1.0, 0.0, 0.0, 0.0)
             recorder.record("udpout:127.0.0.1:14550", float(second), frame(codec, sent))
     (path,) = tmp_path.glob("*.tlog")
-    assert path.name == "udpout-127.0.0.1-14550.tlog"
+    assert path.name == f"{time.strftime('%Y%m%dT%H%M%SZ', time.gmtime(EPOCH_S))}-udpout-127.0.0.1-14550.tlog"
     log = mavutil.mavlogfile(str(path), notimestamps=False)
     read = [log.recv_match(blocking=False) for _ in range(3)]
     assert [message.time_boot_ms for message in read] == [0, 1000, 2000]
@@ -104,3 +107,31 @@ def test_a_link_that_loses_answers_is_asked_twice_a_time_but_not_one_that_never_
         assert len(mute.requests_ns(now_s)) == 1
     assert asked[:10] == [1] * 10
     assert asked[-20:] == [2] * 20
+
+
+def test_a_later_flight_into_the_same_folder_keeps_the_earlier_log(tmp_path: Path) -> None:
+    codec = sender()
+    for begun_s in (EPOCH_S, EPOCH_S, EPOCH_S + 3600.0):
+        with TlogRecorder(tmp_path, begun_s) as recorder:
+            recorder.record("udpout:127.0.0.1:14550", 0.0, frame(codec, codec.attitude_encode(0, 0, 0, 0, 0, 0, 0)))
+    sizes = sorted(path.stat().st_size for path in tmp_path.glob("*.tlog"))
+    assert len(sizes) == 2
+    assert sizes[1] == 2 * sizes[0], "two that began in one second share a file"
+
+
+def test_a_full_disk_ends_the_log_and_not_the_flight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    codec = sender()
+    with TlogRecorder(tmp_path, EPOCH_S) as recorder, Path("/dev/full").open("wb", buffering=0) as full:
+        monkeypatch.setattr(recorder, "_file", lambda address: full)
+        for second in range(3):
+            recorder.record("udpin:0.0.0.0:1", float(second), frame(codec, codec.system_time_encode(1, 1)))
+        (told,) = recorder.take_troubles()
+        assert "udpin:0.0.0.0:1" in told
+        assert "No space left" in told
+        assert recorder.take_troubles() == []
+
+
+def test_a_folder_that_cannot_be_made_is_told_before_anything_flies(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(LinkError, match="telemetry logs"):
+        TlogRecorder(tmp_path / "file" / "logs", EPOCH_S)

@@ -1,5 +1,6 @@
 """Modes, parameters, subscriptions, loss and addresses against pymavlink's own tables and hand calculation."""
 
+import math
 import struct
 
 import numpy as np
@@ -13,7 +14,7 @@ from gcs.links.modes import ARDUPILOT, MODE_PARAMETERS, PX4, describe_mode
 from gcs.links.parameters import MAX_REQUESTS, WANTED, ParameterReader, decode_value, limits_from
 from gcs.links.subscriptions import STREAM_FALLBACK_AFTER, Subscriptions
 from gcs.links.transport import LinkError, open_transport, parse_address
-from gcs.ports import FlightMode
+from gcs.ports import FlightMode, VehicleLimits
 from sitl_mock.physics import layout
 from sitl_mock.physics.fleet import STEP_TICKS, Fleet
 from sitl_mock.physics.vehicle import ARDUQUAD
@@ -56,6 +57,14 @@ def test_limits_by_hand() -> None:
     assert px4.max_accel_mps2 == pytest.approx(4.573, abs=1e-3)
     px4 = limits_from(PX4, {"MPC_XY_VEL_MAX": 12.0, "MPC_ACC_HOR": 3.0})
     assert (px4.max_speed_mps, px4.max_accel_mps2) == (12.0, 3.0)
+
+
+@pytest.mark.parametrize("nonsense", [math.nan, math.inf, 0.0, -1.0])
+def test_a_limit_that_is_no_number_is_not_known(nonsense: float) -> None:
+    """min(inf, nan) is inf: the gate would have counted on braking at once."""
+    px4 = limits_from(PX4, {"MPC_XY_VEL_MAX": nonsense, "MPC_ACC_HOR": nonsense, "COM_OF_LOSS_T": nonsense})
+    copter = limits_from(ARDUPILOT, {"WPNAV_ACCEL": nonsense, "ANGLE_MAX": nonsense, "GUID_TIMEOUT": nonsense})
+    assert px4 == copter == VehicleLimits()
 
 
 def test_parameters_are_asked_for_again_and_given_up() -> None:

@@ -8,6 +8,7 @@ import pytest
 from gcs.mission.preflight import Grade, Line, check_fleet, plan_energy_j, red_lines
 from gcs.ports import VehicleLimits, VehicleStatus
 from policy.mission_file import load_mission
+from policy.world.scenario import Obstacle
 
 SCENARIO = load_mission("demo").scenario
 LAUNCH = SCENARIO.launch_enu_m[0]
@@ -29,6 +30,7 @@ def standing_at(east_m: float, north_m: float, **changes: object) -> VehicleStat
         position_s=9.9,
         limits=VehicleLimits(18.0, 4.5, 1.0),
         parameters={"NAV_DLL_ACT": 2.0, "RTL_RETURN_ALT": 60.0, "COM_OBL_RC_ACT": 5.0},
+        parameters_settled=True,
         version="1.15.4",
         clock_offset_s=3.0,
     )
@@ -47,7 +49,7 @@ def lines_of(status: VehicleStatus) -> tuple[Line, ...]:
 
 def test_a_good_vehicle_is_green_in_every_line() -> None:
     lines = lines_of(standing_at(*LAUNCH))
-    assert len(lines) == 17
+    assert len(lines) == 20
     assert {line.grade for line in lines} == {Grade.OK}
 
 
@@ -62,6 +64,11 @@ def test_a_good_vehicle_is_green_in_every_line() -> None:
         ({"autopilot": "unknown"}, "autopilot", Grade.RED, "neither"),
         ({"position_ready": False, "texts": ("PreArm: Compass",)}, "position", Grade.RED, "PreArm: Compass"),
         ({"position_s": 2.0}, "position", Grade.RED, "8.0 s old"),
+        ({"satellites_ok": False}, "position", Grade.RED, "satellite receiver"),
+        ({"motors_ok": False}, "motors", Grade.RED, "has failed"),
+        ({"parameters_settled": False}, "parameters", Grade.RED, "still being read"),
+        ({"parameters_missing": ("NAV_DLL_ACT", "GF_ACTION")}, "parameters", Grade.CAUTION, "NAV_DLL_ACT, GF_ACTION"),
+        ({"limits": VehicleLimits(None, 4.5, 1.0)}, "limits", Grade.CAUTION, "MPC_XY_VEL_MAX"),
         ({"home_lat_deg": None}, "home", Grade.RED, "not reported"),
         ({"armed": True}, "ground", Grade.RED, "armed"),
         ({"battery_fraction": 0.05}, "battery", Grade.RED, "5% charged"),
@@ -104,6 +111,37 @@ def test_a_copter_that_can_fly_the_plan_is_green(fits: dict[str, object]) -> Non
 def test_the_pad_lies_inside_the_area(east_m: float, words: str) -> None:
     reds = red_lines(lines_of(standing_at(east_m, float(LAUNCH[1]))))
     assert [words in line.reason for line in reds] == ([True] if words else [])
+
+
+@pytest.mark.parametrize(("uavs", "layer_m", "ok"), [(2, 3.9, False), (2, 0.0, False), (2, 4.0, True), (1, 0.0, True)])
+def test_layers_too_near_to_each_other_are_refused(uavs: int, layer_m: float, *, ok: bool) -> None:
+    scenario = replace(SCENARIO, layer_m=layer_m, launch_enu_m=np.tile(LAUNCH, (uavs, 1)))
+    vehicles = {i + 1: replace(standing_at(*LAUNCH), system_id=i + 1) for i in range(uavs)}
+    reds = red_lines(check_fleet(scenario, list(vehicles), vehicles, 10.0, 0.03))
+    assert [line.check for line in reds] == [] if ok else ["layers"] * uavs
+
+
+@pytest.mark.parametrize("edge", ["west", "east", "south", "north"])
+def test_a_pad_that_the_gate_would_not_let_it_back_to_is_refused(edge: str) -> None:
+    """It would hover beside its pad for a quarter of an hour, and then return by itself."""
+    (width_m, height_m), (east_m, north_m) = SCENARIO.area.size_m, LAUNCH
+    spots = {"west": (2.0, north_m), "east": (width_m - 2.0, north_m), "south": (east_m, 2.0)}
+    (red,) = red_lines(lines_of(standing_at(*spots.get(edge, (east_m, height_m - 2.0)))))
+    assert (red.check, "2.0 m from the area's edge" in red.reason) == ("place", True)
+
+
+@pytest.mark.parametrize(
+    ("height_m", "gap_m", "words"),
+    [(200.0, 5.0, "kept 7.5 m off"), (200.0, 9.0, ""), (30.0, 5.0, ""), (30.0, -5.0, "mend the map")],
+)
+def test_a_pad_beside_a_wall_or_within_one_is_refused(height_m: float, gap_m: float, words: str) -> None:
+    east_m, north_m = float(LAUNCH[0]), float(LAUNCH[1])
+    west_m, south_m = east_m + gap_m, north_m - 20.0
+    wall = ((west_m, south_m), (west_m + 40.0, south_m), (west_m + 40.0, south_m + 40.0), (west_m, south_m + 40.0))
+    area = replace(SCENARIO.area, obstacles=(Obstacle("tower", height_m, wall),))
+    lines = check_fleet(replace(SCENARIO, area=area), [1], {1: standing_at(*LAUNCH)}, 10.0, 0.03)
+    reds = [line.reason for line in red_lines(lines)]
+    assert [words in reason and '"tower"' in reason for reason in reds] == ([True] if words else [])
 
 
 def test_a_vehicle_never_heard_is_one_red_line() -> None:

@@ -67,7 +67,8 @@ def preflight(campaign_id: CampaignId, context: Context) -> PreflightView:
     scenario = context.catalog.mission(require(context, campaign_id)).scenario
     snapshot = context.control.snapshot()
     vehicles = {vehicle.system_id: vehicle for vehicle in snapshot.vehicles}
-    seats = [*sorted(vehicles), *[0] * scenario.num_uavs][: scenario.num_uavs]  # 0: a drone that nobody has heard
+    known = context.settings.seats or tuple(sorted(vehicles))  # as a start takes them
+    seats = [*known, *[0] * scenario.num_uavs][: scenario.num_uavs]  # 0: a drone that nobody has heard
     lines = check_fleet(scenario, seats, vehicles, snapshot.time_s, FlightSettings().battery_reserve)
     views = [PreflightLine(system_id=x.system_id, check=x.check, grade=x.grade.value, reason=x.reason) for x in lines]
     return PreflightView(ok=not red_lines(lines), lines=views)
