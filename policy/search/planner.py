@@ -70,13 +70,13 @@ class _Task:
 def make_plan(problem: Problem, incumbent: Kept | None = None, leaf: LeafValue | None = None) -> Plan:
     """The best joint plan found. ``incumbent``: kept plans (``Plan.shifted``), None at the start."""
     task = _Task.of(problem, leaf)
-    order = task.order
-    best = first = _improve(task, _draft(task, incumbent), order)
-    for uav in _rebuilt(problem, order):
-        last = np.concatenate((order[order != uav], [uav]))
-        other = _improve(task, _without(problem, best.draft, uav), last)
+    best = first = _improve(task, _draft(task, incumbent), task.order)
+    flying = task.order.tolist()
+    for uav in _rebuilt(problem, flying):
+        others_first = np.array([*(other for other in flying if other != uav), uav], dtype=np.int64)
+        other = _improve(task, _without(problem, best.draft, uav), others_first)
         best = other if other.value < best.value else best
-    return _finished(task, best, None if incumbent is None or order.size == 0 else first.rounds.kept_price)
+    return _finished(task, best, first.rounds.kept_price if flying and incumbent is not None else None)
 
 
 def final_beam(problem: Problem, plan: Plan, uav: int) -> Beam:
@@ -85,12 +85,12 @@ def final_beam(problem: Problem, plan: Plan, uav: int) -> Beam:
     return _search_one(task, _draft(task, plan.shifted(0)), uav)
 
 
-def _rebuilt(problem: Problem, order: IntArray) -> list[int]:
+def _rebuilt(problem: Problem, flying: list[int]) -> list[int]:
     """Which UAVs' plans are thrown away in this slot: all take their turns."""
-    if len(order) < 2:
+    if len(flying) < 2:
         return []
-    count = min(problem.settings.rebuilds, len(order))
-    return [int(order[(problem.state.slot * count + index) % len(order)]) for index in range(count)]
+    count = min(problem.settings.rebuilds, len(flying))
+    return [flying[(problem.state.slot * count + index) % len(flying)] for index in range(count)]
 
 
 def _improve(task: _Task, draft: Draft, order: IntArray) -> _Candidate:
