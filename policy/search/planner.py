@@ -126,16 +126,14 @@ def _rounds_by(leaf: LeafValue, task: _Task, draft: Draft, order: IntArray) -> R
 
 
 def _finished(task: _Task, found: _Candidate, kept_value: float | None) -> Plan:
-    state, draft = task.problem.state, found.draft
-    actions = np.where(state.uav_active[:, None], draft.actions, 0)
-    path_m = np.where(state.uav_active[:, None, None], draft.path_m, state.uav_pos_enu_m[:, None])
-    vel_mps = np.where(state.uav_active[:, None, None], draft.vel_mps, 0.0)
+    draft = found.draft
+    actions = np.maximum(draft.actions, 0)  # who does not fly has no moves, and hovers in place
     return Plan(
-        slot=state.slot,
+        slot=task.problem.state.slot,
         actions=actions,
-        path_enu_m=path_m,
-        vel_enu_mps=vel_mps,
-        first_action=_first_action(task, actions, path_m, vel_mps),
+        path_enu_m=draft.path_m,
+        vel_enu_mps=draft.vel_mps,
+        first_action=_first_action(task, actions, draft.path_m, draft.vel_mps),
         value=found.value,
         kept_value=kept_value,
         considered=Considered(task.problem.moves.actions, found.rounds),

@@ -293,6 +293,9 @@ def test_shifted_plans_end_open_and_bad_settings_are_refused() -> None:
     kept = plan.shifted()
     assert kept.actions.tolist() == [[*plan.actions[0, 1:].tolist(), -1]]
     assert np.array_equal(kept.vel_enu_mps[:, :-1], plan.vel_enu_mps[:, 1:])
+    beyond = plan.shifted(plan.actions.shape[1] + 3)
+    assert np.all(beyond.actions == -1)
+    assert np.array_equal(beyond.path_enu_m, np.repeat(plan.path_enu_m[:, -1:], plan.actions.shape[1], axis=1))
     with pytest.raises(ValueError, match="forward"):
         plan.shifted(-1)
     for wrong in (
