@@ -39,7 +39,7 @@ from gcs.api.routes import (
     stream,
 )
 from gcs.api.settings import ApiSettings, is_loopback
-from gcs.api.stream_session import SnapshotSource
+from gcs.api.stream_source import SnapshotSource
 from gcs.api.telemetry import HttpMetrics, new_registry
 from gcs.ports import FlightControl, Severity
 from gcs.store.store import Store

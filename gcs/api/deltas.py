@@ -7,7 +7,7 @@ are some 800 kB/s, changes with sensible digits 120 kB/s (``tests/api/test_delta
 from collections.abc import Sequence
 from typing import Any
 
-from gcs.api.schemas import DeltaMessage, PlanView, SnapshotMessage
+from gcs.api.schemas import DeltaMessage, PlanView, SnapshotMessage, UserView
 
 Json = dict[str, Any]
 OTHER_DIGITS = 2
@@ -34,7 +34,16 @@ def told(message: SnapshotMessage, plans: list[Json] | None = None) -> Json:
 
 def plans_told(plans: Sequence[PlanView]) -> list[Json]:
     """Rounded."""
-    made = [plan.model_dump(mode="json") for plan in plans]
+    return _made(plans)
+
+
+def users_told(users: Sequence[UserView]) -> list[Json]:
+    """Rounded."""
+    return _made(users)
+
+
+def _made(views: Sequence[PlanView | UserView]) -> list[Json]:
+    made = [view.model_dump(mode="json") for view in views]
     _round_list(made, OTHER_DIGITS)
     return made
 

@@ -10,7 +10,8 @@ from fake_control import FakeControl
 from gcs.api.auth import Actor
 from gcs.api.catalog import campaign_static
 from gcs.api.schemas import CampaignStatic, Subscribe
-from gcs.api.stream_session import BACKLOG, SnapshotSource, StreamSession
+from gcs.api.stream_session import BACKLOG, StreamSession
+from gcs.api.stream_source import SnapshotSource
 from gcs.ports import Event, OperatorRequest, RequestKind
 from gcs.store.event_tail import EventTail
 from gcs.store.keys import Role

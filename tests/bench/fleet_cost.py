@@ -14,18 +14,33 @@ from typing import Any
 from measures import summary
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from gcs.api.stream_session import SnapshotSource, change_text
+from gcs.api.auth import Actor
+from gcs.api.schemas import Subscribe
+from gcs.api.stream_session import StreamSession
+from gcs.api.stream_source import SnapshotSource, change_text
 from gcs.collector import leave_what_is_loaded
 from gcs.links.fleet_link import WiredFleetLink
 from gcs.links.pymavlink_link import PymavlinkWire
 from gcs.links.transport import Peer
-from gcs.ports import CampaignSnapshot, CampaignState, FlightSnapshot, UavPlan, UavTrack, VelocitySetpoint
+from gcs.ports import (
+    CampaignSnapshot,
+    CampaignState,
+    Event,
+    FlightSnapshot,
+    Severity,
+    SlotRecord,
+    UavPlan,
+    UavTrack,
+    UserSlot,
+    VelocitySetpoint,
+)
 from gcs.safety.envelope import Envelope
 from gcs.safety.gate import SafetyGate, Wish
 from gcs.store.event_tail import EventTail
+from gcs.store.keys import Role
 from policy.world.frames import LocalFrame
 
-VEHICLES, TICK_S, WARM_TICKS = 100, 0.1, 20
+VEHICLES, CLIENTS, TICK_S, WARM_TICKS = 100, 20, 0.1, 20
 LAT_E7, LON_E7 = 404_203_000, -869_300_000
 FRAME = LocalFrame(LAT_E7 / 1e7, LON_E7 / 1e7)
 Row = tuple[str, str, str]
@@ -55,6 +70,7 @@ def fleet_cost(quick: bool) -> list[Row]:
         ("time requests, heartbeats and repeats, a tick", summary(flush_ms[last], 1e3), "ms"),
         ("a tick in the stream's words, all vehicles", summary(tell_ms[last], 1e3), "ms"),
         ("its change as text, for all clients of deltas", summary(text_ms[last], 1e3), "ms"),
+        ("a slot's end and thirty events told to twenty clients of deltas", summary(_slot_ends_s(fleet), 1e3), "ms"),
         ("the gate, all vehicles in layers of a metre, a tick", summary(_gate_s(ticks), 1e3), "ms"),
         ("a full garbage collection with all that a server loads", summary(_collections(), 1e3), "ms"),
         ("the same when the server has been made", summary(_frozen_collections(), 1e3), "ms"),
@@ -65,6 +81,26 @@ def _cpu_s(act: Callable[[], object]) -> float:
     begun_s = time.process_time()
     act()
     return time.process_time() - begun_s
+
+
+def _slot_ends_s(fleet: "Fleet") -> list[float]:
+    """All clients have had the slot before."""
+    shown, tail, statics = Shown(), EventTail(), Statics()
+    source = SnapshotSource(shown, tail, statics)  # type: ignore[arg-type]
+    actor, wish = Actor("page", Role.VIEWER), Subscribe(type="subscribe", deltas=True)
+    clients = [StreamSession(actor, "1.0", source, tail, statics, wish) for _ in range(CLIENTS)]
+    seconds = []
+    for slot in range(12):
+        users = tuple(
+            UserSlot(f"user-{i}", 10.0 * i + slot / 3.0, 700.0 / (1 + slot), 3.0, 0.3, True) for i in range(59)
+        )
+        shown.newest = fleet.snapshot(15.0 * slot, slot, SlotRecord(slot, 15.0 * slot, (), users, None))
+        for number in range(30):
+            tail.append(
+                Event(15.0 * slot, "gate.slowed", f"drone {number} slowed by the gate", Severity.INFO, "c1", number)
+            )
+        seconds.append(_cpu_s(lambda: [client.step() for client in clients]))
+    return seconds[2:]  # the first of all is told whole
 
 
 def _gate_s(ticks: int) -> list[float]:
@@ -176,10 +212,11 @@ class Fleet:
         for index in range(VEHICLES):
             self.link.send(Passed(VelocitySetpoint(index + 1, (1.0, 2.0, 0.0), 0.3)), now_s)
 
-    def snapshot(self, now_s: float, tick: int) -> FlightSnapshot:
+    def snapshot(self, now_s: float, tick: int, latest: SlotRecord | None = None) -> FlightSnapshot:
         """As the flight loop publishes it."""
-        state = CampaignState.FLYING
-        campaign = CampaignSnapshot("c1", "load", "random", state, 3, 120, 15.0, now_s % 15.0, plans=self._plans)
+        campaign = CampaignSnapshot(
+            "c1", "load", "random", CampaignState.FLYING, 3, 120, 15.0, now_s % 15.0, plans=self._plans, latest=latest
+        )
         return FlightSnapshot(now_s, tick, tuple(self.link.vehicles().values()), campaign)
 
     def _answers(self, codec: Any, tick: int, index: int) -> list[Any]:

@@ -19,7 +19,8 @@ from playwright.sync_api import Page, sync_playwright
 from gcs.api.auth import Actor
 from gcs.api.catalog import Catalog
 from gcs.api.schemas import Subscribe
-from gcs.api.stream_session import SnapshotSource, StreamSession
+from gcs.api.stream_session import StreamSession
+from gcs.api.stream_source import SnapshotSource
 from gcs.ports import Event, FlightSnapshot, OperatorRequest, RequestOutcome, Severity
 from gcs.store.event_tail import EventTail
 from gcs.store.keys import Role

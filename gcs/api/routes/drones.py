@@ -10,7 +10,7 @@ from gcs.api.context import ApiContext, Context, Who
 from gcs.api.flight_requests import ask, ask_or_conflict
 from gcs.api.problems import Problem
 from gcs.api.schemas import VehicleView
-from gcs.api.stream_session import SnapshotSource
+from gcs.api.stream_source import SnapshotSource
 from gcs.api.views import vehicle_view
 from gcs.ports import (
     CommandKind,
