@@ -109,26 +109,32 @@ class GcrlAgent:
         if self._scenario is None:
             raise RuntimeError("decide() before reset(): the agent does not know its campaign")
         self._history.see(state)
-        now = stack_states([state], self._history.steps_m[None, :, :STEPS])
+        steps_m = self._history.steps_m[None, :, :STEPS]
         if self._pilot is not None:
+            now = stack_states([state], steps_m)
             decision = self._pilot.decide(now)
             told = self._explain(now, self._evaluator.predict_users(now, self._units))
             return replace(decision, explanation={**decision.explanation, **told})
-        predicted_m, blur_m = self._users_ahead(state, now)
+        predicted_m, blur_m = self._users_ahead(state, steps_m)
         problem = make_problem(self._scenario, self._moves, state, self._search, predicted_m, blur_m)
         leaf = _LeafValue(self._evaluator, self._units) if self._settings.use_value else None
         plan = make_plan(problem, self._kept(state.slot), leaf)
         self._plan = plan
-        told = Explanation(lambda: {**explain(problem, plan), **self._explain(now, predicted_m)})
+        told = Explanation(
+            lambda: {**explain(problem, plan), **self._explain(stack_states([state], steps_m), predicted_m)}
+        )
         return Decision(plan.first_action, plan.value, told)
 
-    def _users_ahead(self, state: WorldState, now: StateBatch) -> tuple[FloatArray | None, FloatArray | None]:
-        """Users' places [H, M, 2] and how far off they may be [H, M]; None: they stay, for certain."""
+    def _users_ahead(self, state: WorldState, steps_m: FloatArray) -> tuple[FloatArray | None, FloatArray | None]:
+        """Users' places [H, M, 2] and how far off they may be [H, M]; None: they stay, for certain.
+
+        ``steps_m`` [1, M, K, 2]: of the last slots, where the forecast is not asked.
+        """
         settings = self._settings
         if not settings.use_prediction:
             return None, None
         if not settings.use_forecast:
-            return self._predict(now), self._blur_m()
+            return self._predict(stack_states([state], steps_m)), self._blur_m()
         ahead = self._evaluator.forecast_users(state, self._history, self._units).up_to(self._search.horizon_slots)
         return ahead.pos_enu_m, np.minimum(ahead.blur_m, MOST_BLUR * self._units.serving_radius_m)
 

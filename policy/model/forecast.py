@@ -33,6 +33,8 @@ class UserForecast:
 
     def up_to(self, horizon_slots: int) -> "UserForecast":
         """The first slots; beyond H the last one is repeated."""
+        if horizon_slots <= self.blur_m.shape[0]:
+            return UserForecast(self.pos_enu_m[:horizon_slots], self.blur_m[:horizon_slots])
         rows = np.minimum(np.arange(horizon_slots), self.blur_m.shape[0] - 1)
         return UserForecast(self.pos_enu_m[rows], self.blur_m[rows])
 
@@ -50,16 +52,30 @@ class Forecaster:
         seen = Seen(place_m[None], history.steps_m[None], history.known_slots[None], active[None])
         features, bearing = forecast_features(seen, walk_m)
         way, blur = self.outputs(features[0].astype(np.float32))
-        way_m = turned_back(walk_m * way.astype(np.float64), bearing[0][:, None])
+        way_m = walk_m * way.swapaxes(0, 1).astype(np.float64)
+        ahead = np.where(active[:, None], bearing[0], 0.0)  # the absent go nowhere
         return UserForecast(
-            pos_enu_m=np.swapaxes(place_m[:, None] + np.where(active[:, None, None], way_m, 0.0), 0, 1),
-            blur_m=np.where(active, walk_m * blur.astype(np.float64).T, 0.0),
+            pos_enu_m=place_m + turned_back(way_m, ahead),
+            blur_m=np.where(active, walk_m * blur.T.astype(np.float64), 0.0),
         )
 
     def outputs(self, features: Float32Array) -> tuple[Float32Array, Float32Array]:
-        """[N, F] -> ways along and left [N, H, 2] and blurs [N, H], in walks of a slot."""
-        w = self._weights
-        hidden = np.maximum((features - w["mean"]) / w["deviation"] @ w["first.weight"].T + w["first.bias"], 0.0)
-        hidden = hidden + np.maximum(hidden @ w["second.weight"].T + w["second.bias"], 0.0)
-        out = (hidden @ w["out.weight"].T + w["out.bias"]).reshape(-1, FORECAST_SLOTS, 3)
-        return WAY_SCALE * out[..., :2], np.logaddexp(0.0, out[..., 2] - BLUR_SHIFT) + np.float32(LEAST_BLUR)
+        """[N, F] -> ways along and left [N, H, 2] and blurs [N, H], in walks of a slot.
+
+        In memory all users of one slot lie together, which is how they are read.
+        """
+        hidden = self._layer("first", (features - self._weights["mean"]) / self._weights["deviation"])
+        np.maximum(hidden, 0.0, out=hidden)
+        more = self._layer("second", hidden)
+        hidden += np.maximum(more, 0.0, out=more)
+        out = np.array(self._layer("out", hidden).T, order="C").reshape(FORECAST_SLOTS, 3, -1)
+        way, blur = out[:, :2], np.logaddexp(0.0, out[:, 2] - BLUR_SHIFT)
+        way *= WAY_SCALE
+        blur += np.float32(LEAST_BLUR)
+        return way.transpose(2, 0, 1), blur.T
+
+    def _layer(self, name: str, values: Float32Array) -> Float32Array:
+        """[N, inputs] -> [N, outputs]."""
+        out: Float32Array = values @ self._weights[f"{name}.weight"].T
+        out += self._weights[f"{name}.bias"]
+        return out

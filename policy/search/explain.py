@@ -4,7 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from policy.search.plan import Alternative, Plan
+from policy.search.alternatives import Alternative
+from policy.search.plan import Plan
 from policy.search.problem import Problem
 from policy.world.actions import ActionSet
 

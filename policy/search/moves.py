@@ -7,6 +7,7 @@ velocity commanded. With inertia some end on the way into the next slot: a turn 
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -55,6 +56,14 @@ class MoveTable(NamedTuple):
     slot_s: float
 
 
+class Rows(NamedTuple):
+    """What the moves do from the velocity of action i and, in row A, from a UAV's present one."""
+
+    step_m: FloatArray  # [A + 1, A, 2]
+    energy_j: FloatArray  # [A + 1, A]
+    reachable: BoolArray  # [A + 1, A]
+
+
 @dataclass(frozen=True)
 class Moves:
     """What does not change in a campaign."""
@@ -63,6 +72,16 @@ class Moves:
     table: MoveTable
     walls: Walls
     serving_radius_m: float
+
+    @cached_property
+    def rows(self) -> Rows:
+        """The table, and as row A what follows hovering: to be replaced where a UAV's own velocity matters."""
+        table = self.table
+        return Rows(
+            step_m=np.concatenate((table.step_m, table.step_m[:1])),
+            energy_j=np.concatenate((table.energy_j, table.energy_j[:1])),
+            reachable=np.concatenate((table.reachable, table.reachable[:1])),
+        )
 
     def command(self, moves: IntArray) -> JointAction:
         """What flies the moves [U]."""

@@ -1,20 +1,14 @@
 """What a search answers: every UAV's moves and path over the horizon, their price, and what else was considered."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from policy.search.alternatives import Alternative, Considered
 from policy.search.kernel import NO_MOVE
 from policy.world.arrays import FloatArray, IntArray
 from policy.world.state import JointAction
-
-
-@dataclass(frozen=True)
-class Alternative:
-    """The best plan found for one UAV that begins with another move."""
-
-    action: int
-    value: float  # of the same kind as Plan.value
 
 
 @dataclass(frozen=True)
@@ -45,15 +39,19 @@ class Plan:
     first_action: JointAction  # what to fly now
     value: float
     kept_value: float | None  # of the plan kept from the slot before, completed as well as can be; None: no plan kept
-    alternatives: tuple[tuple[Alternative, ...], ...] = ()  # [U] of at most three others, best first
+    considered: Considered
+
+    @cached_property
+    def alternatives(self) -> tuple[tuple[Alternative, ...], ...]:
+        """[U] of at most three others, best first; worked out at the first question."""
+        return self.considered.alternatives()
 
     def shifted(self, slots: int = 1) -> Kept:
         """The plan as it stands ``slots`` later: its last slots are open."""
         if slots < 0:
             raise ValueError(f"a plan can only be shifted forward, not by {slots} slots")
-        left = self.actions[:, slots:]
-        gone = self.actions.shape[1] - left.shape[1]
-        open_ = np.full((left.shape[0], gone), NO_MOVE, dtype=np.int64)
-        rest_m = np.concatenate((self.path_enu_m[:, slots:], np.repeat(self.path_enu_m[:, -1:], gone, axis=1)), axis=1)
-        vel = np.concatenate((self.vel_enu_mps[:, slots:], np.repeat(self.vel_enu_mps[:, -1:], gone, axis=1)), axis=1)
-        return Kept(np.concatenate((left, open_), axis=1), rest_m, vel)
+        horizon = self.actions.shape[1]
+        slot = np.minimum(np.arange(slots, slots + horizon), horizon - 1)
+        actions, path_m, vel_mps = (np.take(a, slot, axis=1) for a in (self.actions, self.path_enu_m, self.vel_enu_mps))
+        actions[:, max(0, horizon - slots) :] = NO_MOVE
+        return Kept(actions, path_m, vel_mps)

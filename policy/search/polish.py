@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from policy.search.compiled import compiled
-from policy.search.kernel import Scene
+from policy.search.kernel import NO_MOVE, Draft, Scene
 from policy.search.moves import Walls
 from policy.search.problem import VECTOR, Float32Array, Prices, Users
 from policy.world.arrays import FloatArray, IntArray
@@ -69,6 +69,49 @@ class Paths(NamedTuple):
     start_mps: FloatArray  # [U, 2]
     place_m: FloatArray  # [U, H, 2]
     vel_mps: FloatArray  # [U, H, 2]
+
+
+@compiled
+def take_up(
+    scene: Scene,
+    start: tuple[FloatArray, FloatArray],
+    kept: tuple[IntArray, FloatArray, FloatArray],
+    draft: Draft,
+    order: IntArray,
+    legs: Legs,
+) -> None:
+    """Put kept plans into an empty draft as far as they can still be flown.
+
+    ``start``: places and velocities [U, 2] now; ``kept``: actions [U, >= 1], places and velocities [U, >= 1, 2].
+    """
+    actions, path_m, vel_mps = kept
+    horizon = draft.actions.shape[1]
+    for uav in order:
+        length = 0
+        while length < min(horizon, actions.shape[1]) and actions[uav, length] != NO_MOVE:
+            length += 1
+        if length == 0:
+            continue
+        draft.path_m[uav, :length], draft.vel_mps[uav, :length] = path_m[uav, :length], vel_mps[uav, :length]
+        length = keep_up(scene.walls, legs, start[0][uav], start[1][uav], draft.path_m[uav], draft.vel_mps[uav], length)
+        for slot in range(horizon):
+            draft.actions[uav, slot] = actions[uav, slot] if slot < length else 0
+            if slot >= length:
+                draft.path_m[uav, slot] = draft.path_m[uav, length - 1] if length > 0 else start[0][uav]
+        draft.length[uav] = length  # its open end stays open for the search to fill
+        for slot in range(horizon):
+            place_m = draft.path_m[uav, slot]
+            _gaps(scene.users, slot, place_m[0], place_m[1], draft.gap_m[uav, slot])
+
+
+@compiled
+def polish_and_price(
+    scene: Scene, paths: Paths, gap_m: Float32Array, order: IntArray, legs: Legs, sweeps: int
+) -> tuple[float, float, Float32Array]:
+    """``polish``, ``ways_j`` and ``joint_price`` in one call: each call has its price."""
+    if scene.users.aoi_slots.size > 0:
+        polish(scene, paths, gap_m, order, legs, sweeps)
+    return joint_price(scene, paths.place_m, ways_j(scene, paths.start_m, paths.place_m, order), order)
 
 
 @compiled

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -118,6 +118,7 @@ def make_problem(
         user_pos_enu_m = np.broadcast_to(state.user_pos_enu_m, (horizon, *state.user_pos_enu_m.shape))
     if user_pos_enu_m.shape[0] < horizon or user_pos_enu_m.shape[1:] != state.user_pos_enu_m.shape:
         raise ValueError(f"predicted places are {user_pos_enu_m.shape}, need [>= {horizon}, M, 2] for the state's M")
+    starts = _starts(scenario, moves, state)
     return Problem(
         scenario=scenario,
         moves=moves,
@@ -130,38 +131,32 @@ def make_problem(
         effort=Effort(
             settings.beam, settings.cell_m, math.isfinite(scenario.max_accel_mps2), settings.polish_sweeps > 0
         ),
-        starts=_starts(scenario, moves, state),
-        start_m=np.array(state.uav_pos_enu_m, dtype=np.float64, order="C"),
+        starts=starts,
+        start_m=starts.pos_m,
         start_mps=np.array(state.uav_vel_enu_mps, dtype=np.float64, order="C"),
     )
 
 
 def _starts(scenario: Scenario, moves: Moves, state: WorldState) -> Start:
-    vel, table, num_uavs = moves.actions.vel_enu_mps, moves.table, scenario.num_uavs
-    if math.isinf(scenario.max_accel_mps2):  # the present velocity means nothing: any row of the table is its own
-        step_m, energy_j = (np.repeat(row[:1], num_uavs, axis=0) for row in (table.step_m, table.energy_j))
-    else:
-        step_m, energy_j = tabulate(scenario, state.uav_vel_enu_mps[:, None, :], vel[None], table.end_mps[None])
-    return Start(
+    rows, vel, end_mps, uavs = moves.rows, moves.actions.vel_enu_mps, moves.table.end_mps, scenario.num_uavs
+    start = Start(
         pos_m=np.array(state.uav_pos_enu_m, dtype=np.float64, order="C"),
-        step_m=_with_own_row(table.step_m, step_m),
-        energy_j=_with_own_row(table.energy_j, energy_j),
-        allowed=_with_own_row(table.reachable, first_moves(scenario, state, vel, table.end_mps)),
+        step_m=np.repeat(rows.step_m[None], uavs, axis=0),
+        energy_j=np.repeat(rows.energy_j[None], uavs, axis=0),
+        allowed=np.repeat(rows.reachable[None], uavs, axis=0),
     )
-
-
-def _with_own_row(table: Any, own: Any) -> Any:
-    """The table's rows [A, ...] and each UAV's own [U, ...]: [U, A + 1, ...]."""
-    rows = np.empty((own.shape[0], table.shape[0] + 1, *table.shape[1:]), dtype=table.dtype)
-    rows[:, :-1], rows[:, -1] = table, own
-    return rows
+    if math.isfinite(scenario.max_accel_mps2):  # else the present velocity means nothing: any row is its own
+        own = tabulate(scenario, state.uav_vel_enu_mps[:, None, :], vel[None], end_mps[None])
+        start.step_m[:, -1], start.energy_j[:, -1] = own
+    start.allowed[:, -1] = first_moves(scenario, state, vel, end_mps)
+    return start
 
 
 def first_moves(
     scenario: Scenario, state: WorldState, vel_command_mps: FloatArray, vel_end_mps: FloatArray
 ) -> BoolArray:
-    """Moves (commanded and at the end [A, 2]) that each UAV may fly now, bool [U, A]: the world's legal ones, or else
-    the way back.
+    """Moves (commanded and at the end [A, 2]; the first hovers) that each UAV may fly now, bool [U, A]: the world's
+    legal ones, or else the way back.
 
     Wind or a late setpoint can leave a UAV outside or beside an obstacle, where no move is legal from its
     beginning on. Then those that end clear are allowed; failing these the one that ends nearest to the middle.
@@ -169,14 +164,15 @@ def first_moves(
     pos_m, vel_mps = state.uav_pos_enu_m[:, None, :], state.uav_vel_enu_mps[:, None, :]
     allowed: BoolArray
     if math.isinf(scenario.max_accel_mps2) and not scenario.blocking_obstacles:  # straight ways in a rectangle
-        ends_m = pos_m + scenario.slot_s * vel_command_mps[None]
-        allowed = np.array(inside_area(pos_m, scenario) & inside_area(ends_m, scenario))
+        allowed = np.array(inside_area(pos_m + scenario.slot_s * vel_command_mps[None], scenario))
+        allowed &= allowed[:, :1]  # hovering ends where the way begins
     else:
         allowed = np.array(legal_moves(pos_m, vel_mps, vel_command_mps[None], scenario, vel_end_mps[None]))
         accel = scenario.max_accel_mps2
         turn_s = change_time_s(vel_command_mps, vel_end_mps, accel)  # a turn that is not complete ends elsewhere
         allowed &= (turn_s == 0.0) | (change_time_s(vel_mps, vel_command_mps, accel) + turn_s <= scenario.slot_s)
-    for uav in np.flatnonzero(~allowed.any(axis=1)):
+    lost = ~allowed.any(axis=1)
+    for uav in np.flatnonzero(lost) if lost.any() else ():
         allowed[uav] = _way_back(scenario, pos_m[uav], vel_mps[uav], vel_command_mps, vel_end_mps)
     return allowed
 
@@ -202,22 +198,30 @@ def _users(
     user_blur_m: FloatArray | None,
     settings: SearchSettings,
 ) -> Users:
-    who = np.flatnonzero(state.user_active)
-    horizon = user_pos_enu_m.shape[0]
-    blur = np.zeros((horizon, who.size)) if user_blur_m is None else user_blur_m[:horizon, who]
+    horizon, everybody = user_pos_enu_m.shape[:2]
+    present = int(np.count_nonzero(state.user_active))
+    who = slice(None) if present == everybody else np.flatnonzero(state.user_active)
+    blur = 0.0 if user_blur_m is None else user_blur_m[:horizon, who]
     blur = np.maximum(blur, settings.follow_m)
     goal = scenario.objective
     weight = goal.c_aoi + goal.c_collect * scenario.collect_mbps[who] * scenario.slot_s
-    total = float(np.sum(weight))
+    total = float(np.add.reduce(weight))
+    ahead: Float32Array = np.zeros((4, horizon, _vectors(present)), np.float32)
+    ahead[:2, :, :present] = user_pos_enu_m[:, who].transpose(2, 0, 1)
+    ahead[2, :, :present] = radius_m - blur
+    ahead[3, :, :present] = 1.0 / np.maximum(2.0 * blur, SHARP_M)
+    now: Float32Array = np.zeros((2, _vectors(present)), np.float32)
+    now[0, :present] = state.user_aoi_slots[who]
+    now[1, :present] = weight / total if total > 0.0 else weight
     return Users(
-        present=int(who.size),
-        east_m=_filled(user_pos_enu_m[:, who, 0]),
-        north_m=_filled(user_pos_enu_m[:, who, 1]),
-        aoi_slots=_filled(state.user_aoi_slots[who]),
-        weight=_filled(weight / total if total > 0.0 else weight),
-        inner_m=_filled(radius_m - blur),
-        fade_per_m=_filled(1.0 / np.maximum(2.0 * blur, SHARP_M)),
-        salt=_salt(_vectors(who.size)),
+        present=present,
+        east_m=ahead[0],
+        north_m=ahead[1],
+        aoi_slots=now[0],
+        weight=now[1],
+        inner_m=ahead[2],
+        fade_per_m=ahead[3],
+        salt=_salt(_vectors(present)),
     )
 
 
@@ -234,8 +238,7 @@ def _prices(scenario: Scenario, settings: SearchSettings, full_speed_j: float, i
     c_cover / ((1 - gamma) c) slots of AoI, with c the weight of one slot's age and of the data that it brings.
     """
     goal = scenario.objective
-    slot_mb = float(np.mean(scenario.collect_mbps)) * scenario.slot_s if scenario.num_users else 0.0
-    slot_price = (1.0 - goal.gamma) * (goal.c_aoi + goal.c_collect * slot_mb) or 1.0
+    slot_price = (1.0 - goal.gamma) * (goal.c_aoi + goal.c_collect * scenario.mean_slot_mb) or 1.0
     reach_m = scenario.max_speed_mps * scenario.slot_s
     return Prices(
         cover=goal.c_cover / slot_price,
@@ -249,11 +252,3 @@ def _prices(scenario: Scenario, settings: SearchSettings, full_speed_j: float, i
 
 def _vectors(users: int) -> int:
     return -(-users // VECTOR) * VECTOR
-
-
-def _filled(values: Any) -> Float32Array:
-    """[..., N] with zeros up to whole vectors."""
-    given = np.asarray(values)
-    filled: Float32Array = np.zeros((*given.shape[:-1], _vectors(given.shape[-1])), np.float32)
-    filled[..., : given.shape[-1]] = given
-    return filled

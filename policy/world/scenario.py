@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -74,6 +75,11 @@ class Scenario:
     def num_users(self) -> int:
         """M."""
         return int(self.collect_mbps.shape[0])
+
+    @cached_property
+    def mean_slot_mb(self) -> float:
+        """What a user collects in a slot, on average; 0 where there is none."""
+        return float(np.mean(self.collect_mbps)) * self.slot_s if self.num_users else 0.0
 
     @property
     def serving_radius_m(self) -> float:

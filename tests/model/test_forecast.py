@@ -14,7 +14,16 @@ from policy.model.checkpoint_error import CheckpointError
 from policy.model.evaluator import NetworkEvaluator
 from policy.model.files import sha256
 from policy.model.forecast import FORECAST_SLOTS, Forecaster, UserForecast
-from policy.model.forecast_features import FORECAST_FEATURES, HISTORY_SLOTS, turned, turned_back
+from policy.model.forecast_features import (
+    CROWD_M,
+    FAINT,
+    FORECAST_FEATURES,
+    HISTORY_SLOTS,
+    Seen,
+    forecast_features,
+    turned,
+    turned_back,
+)
 from policy.model.forecast_file import DEFAULT_FORECAST, load_forecaster
 from policy.model.history import StepHistory
 from policy.world.arrays import FloatArray
@@ -41,7 +50,7 @@ def random_forecaster(seed: int = 0, width: int = 5) -> Forecaster:
 
 def seen(pos_enu_m: FloatArray, away: tuple[int, ...] = ()) -> tuple[WorldState, StepHistory]:
     history = StepHistory(HISTORY_SLOTS)
-    active = np.array([user not in away for user in range(pos_enu_m.shape[1])])
+    active = np.array([user not in away for user in range(pos_enu_m.shape[1])], dtype=np.bool_)
     for slot, place_m in enumerate(pos_enu_m):
         state = replace(initial_state(SCENARIO, place_m), slot=slot, user_active=active)
         history.see(state)
@@ -80,6 +89,26 @@ def test_the_absent_stay_and_nobody_looks_at_them() -> None:
     np.testing.assert_allclose(gone.blur_m[:, :-1], never.blur_m, rtol=FLOAT32)
     np.testing.assert_array_equal(gone.pos_enu_m[:, -1], np.broadcast_to(pos_enu_m[-1, -1], (FORECAST_SLOTS, 2)))
     assert not gone.blur_m[:, -1].any()
+
+
+def test_of_nobody_nothing_is_forecast() -> None:
+    ahead = random_forecaster().forecast(*seen(np.zeros((3, 0, 2))), WALK_M)
+    assert ahead.pos_enu_m.shape == (FORECAST_SLOTS, 0, 2)
+    assert ahead.blur_m.shape == (FORECAST_SLOTS, 0)
+
+
+def test_the_crowd_is_counted_as_by_hand() -> None:
+    """One user's neighbours, some of them absent, by a loop over them."""
+    rng = np.random.default_rng(5)
+    pos_enu_m, active = rng.uniform(0.0, 400.0, (1, 7, 2)), np.array([[True, True, False, True, True, False, True]])
+    steps_m, known = np.zeros((1, 7, HISTORY_SLOTS, 2)), np.zeros((1, 7), dtype=np.int64)
+    features, _ = forecast_features(Seen(pos_enu_m, steps_m, known, active), WALK_M)
+    told = features[0, 3, -3 * len(CROWD_M) :].reshape(-1, 3)
+    ways_m = [place_m - pos_enu_m[0, 3] for user, place_m in enumerate(pos_enu_m[0]) if active[0, user] and user != 3]
+    for reach_m, (east, north, count) in zip(CROWD_M, told, strict=True):
+        bells = [math.exp(-0.5 * float(way_m @ way_m) / reach_m**2) for way_m in ways_m]
+        pull = sum(bell * way_m for bell, way_m in zip(bells, ways_m, strict=True)) / (sum(bells) + FAINT) / reach_m
+        np.testing.assert_allclose((east, north, count), (*pull, math.log1p(sum(bells))), rtol=1e-4)
 
 
 def test_beyond_its_reach_the_last_slot_is_repeated() -> None:

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from policy.search.alternatives import Considered
 from policy.search.kernel import Rounds, Scene, _legal
 from policy.search.leaf import leaf_states
 from policy.search.moves import make_moves
 from policy.search.plan import Plan
-from policy.search.planner import _alternatives, final_beam, make_plan
+from policy.search.planner import final_beam, make_plan
 from policy.search.problem import Problem, make_problem
 from policy.search.settings import SearchSettings, settings_for
 from policy.world.actions import ActionSet, make_actions
@@ -282,7 +283,7 @@ def test_moves_that_only_end_differently_are_one_alternative() -> None:
         action=np.array([[2, 1, 6, 7, 3, 4]]),  # 6 commands what 1 does, 7 what 2 does
         best=np.array([1]),
     )
-    alternatives = _alternatives(twice, found, 0)
+    alternatives = Considered(twice, found).of(0)
     assert [(other.action, other.value) for other in alternatives] == [(2, 3.0), (3, 5.0)]
 
 
@@ -292,6 +293,9 @@ def test_shifted_plans_end_open_and_bad_settings_are_refused() -> None:
     kept = plan.shifted()
     assert kept.actions.tolist() == [[*plan.actions[0, 1:].tolist(), -1]]
     assert np.array_equal(kept.vel_enu_mps[:, :-1], plan.vel_enu_mps[:, 1:])
+    beyond = plan.shifted(plan.actions.shape[1] + 3)
+    assert np.all(beyond.actions == -1)
+    assert np.array_equal(beyond.path_enu_m, np.repeat(plan.path_enu_m[:, -1:], plan.actions.shape[1], axis=1))
     with pytest.raises(ValueError, match="forward"):
         plan.shifted(-1)
     for wrong in (
