@@ -56,6 +56,7 @@ class Drone:
     doubted: bool = False  # it does not trust its own position
     top_mps: float = math.inf  # less after a failure
     waits_for: int | None = None  # the drone that has long been below it, over its pad
+    low_told: bool = False  # its battery was told of: nobody brings it home by itself
     silent_s: float | None = None  # since when nothing is heard of it
     gap_s: float = -math.inf  # when its link, one way or the other, was last seen to be dead
     excused_s: float = -math.inf  # silences until then have accounted for a change of mode

@@ -8,7 +8,7 @@ from gcs.mission.drone import Control, Drone
 from gcs.mission.emergency import EmergencyStop
 from gcs.mission.fates import order_return, slow_down, take_back
 from gcs.mission.script import Crew
-from gcs.mission.watch import DropOut, Fate, motor_failed
+from gcs.mission.watch import DropOut, Fate, battery_low, motor_failed
 from gcs.ports import CampaignState, Severity, VehicleStatus
 
 
@@ -23,6 +23,7 @@ class Hands:
         for drone in campaign.drones:
             if drone.control is Control.RELEASED or drone.landed:
                 continue
+            self._battery(campaign, drone)
             found = judge_custody(drone, campaign.state, now_s, stalled_s)
             if found is None and drone.status is not None and drone.is_airborne:
                 found = self._motor(campaign, drone, drone.status)
@@ -51,9 +52,27 @@ class Hands:
             self._changes.tell(drone, found, Severity.WARNING)
         return None
 
+    def _battery(self, campaign: Campaign, drone: Drone) -> None:
+        """One that is stopped, or waits over its pad, is not brought down by us: told once while a person still can."""
+        stopped = self._emergency.stops(drone.system_id)
+        if not stopped and drone.waits_for is None:
+            drone.low_told = False
+            return
+        if drone.low_told or drone.status is None or drone.track is None or not drone.is_airborne:
+            return
+        reserve, pad_m = campaign.order.settings.battery_reserve, drone.pad_m or drone.launch_m
+        low = battery_low(drone.status, drone.track, pad_m, campaign.scenario, reserve)
+        if low is not None:
+            what = "is stopped" if stopped else f"waits for drone {drone.waits_for} below it"
+            help_ = "reset the stop, or order it to return or to land" if stopped else "bring the lower one down"
+            words = f"drone {drone.system_id} {what} and {low.reason}; {help_}"
+            self._log.event("drone.battery", words, Severity.WARNING, drone.system_id)
+            drone.low_told = True
+
     def run_scripts(self, campaign: Campaign, now_s: float) -> None:
         """One tick of every script that nobody stopped."""
-        crew = Crew(campaign.drones, self._changes, campaign.order.settings, campaign.scenario.area.size_m)
+        order, size_m = campaign.order, campaign.scenario.area.size_m
+        crew = Crew(campaign.drones, self._changes, order.settings, size_m, campaign.bystanders)
         for drone in campaign.drones:
             if drone.control is Control.RELEASED or drone.script.finished or self._emergency.stops(drone.system_id):
                 continue

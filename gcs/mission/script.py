@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 if TYPE_CHECKING:
     from gcs.mission.drone import Drone, OrderTaker
     from gcs.mission.order import FlightSettings
+    from gcs.ports import UavTrack
 
 
 @dataclass(frozen=True)
@@ -27,12 +28,15 @@ class Done:
 
 @dataclass(frozen=True)
 class Crew:
-    """All drones of a campaign and the link, as one tick's steps see them."""
+    """All drones of a campaign and the link, as one tick's steps see them; ``bystanders``: own drones that are in the
+    air without the campaign.
+    """
 
     drones: Sequence[Drone]
     link: OrderTaker
     settings: FlightSettings
     size_m: tuple[float, float]
+    bystanders: Sequence[UavTrack] = ()
 
 
 @dataclass(frozen=True)

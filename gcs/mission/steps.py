@@ -11,7 +11,7 @@ from typing import ClassVar
 from gcs.fleet.track import is_link_lost
 from gcs.mission.drone import Control, Drone, Goal
 from gcs.mission.script import Done, Failed, Moment, Step, last_words
-from gcs.ports import CommandKind, FlightMode, Landed, Verdict, VerdictResult
+from gcs.ports import CommandKind, FlightMode, Landed, UavTrack, Verdict, VerdictResult
 
 ALTITUDE_REACHED_M = 1.0
 SLOWEST_CLIMB_MPS = 1.0
@@ -19,6 +19,7 @@ STUCK_BELOW_MPS = 0.2
 CLEAR_BELOW_M = 15.0  # a drone on the next pad must be this much lower before one descends
 PAD_NEIGHBOUR_M = 20.0
 WAIT_TOLD_S = 60.0  # over its pad for another one below: those that land take less, one that hangs there is told of
+WAIT_AGAIN_S = 300.0  # and told of again; the wait ends when the place is free, never by coming down on somebody
 STAND_DOWN_S = 8.0  # an order's five repeats, a second each, and the heartbeat that shows what came of them
 DISARM_PATIENCE_S = 15.0  # ArduPilot disarms 2 s after touch-down (measured), PX4 likewise
 
@@ -196,10 +197,12 @@ class Descend(Step):
         if at.drone.track is None or at.drone.goal is None:
             return None
         handover_m = at.crew.settings.landing_handover_m
-        below = next((d for d in at.crew.drones if d is not at.drone and not _is_clear(at.drone, d)), None)
+        below = _below(at)
+        at.drone.waits_for = below if WAIT_TOLD_S <= at.after_s < WAIT_AGAIN_S else None
         if below is None:
             at.drone.goal.alt_home_m = handover_m
-        at.drone.waits_for = None if below is None or at.after_s < WAIT_TOLD_S else below.system_id
+        elif at.after_s >= WAIT_AGAIN_S:
+            return Done(then=(self,))
         return Done() if at.drone.track.alt_home_m <= handover_m + ALTITUDE_REACHED_M else None
 
 
@@ -324,10 +327,17 @@ def _may_be_overtaken(before: Drone) -> bool:
     return before.is_streamed or track.vel_up_mps < SLOWEST_CLIMB_MPS
 
 
-def _is_clear(drone: Drone, other: Drone) -> bool:
-    """The other is landed, higher, elsewhere or already well below."""
-    if drone.track is None or other.track is None or other.landed or not other.is_airborne:
+def _below(at: Moment) -> int | None:
+    """The drone that is in the air where this one comes down, of the campaign or any other of ours."""
+    others = [d.track for d in at.crew.drones if d is not at.drone and d.is_airborne and not d.landed]
+    tracks = [track for track in (*others, *at.crew.bystanders) if track is not None]
+    return next((track.system_id for track in tracks if not _is_clear(at.drone.track, track)), None)
+
+
+def _is_clear(own: UavTrack | None, other: UavTrack) -> bool:
+    """The other is higher, elsewhere or already well below."""
+    if own is None:
         return True
-    apart_m = math.hypot(other.track.east_m - drone.track.east_m, other.track.north_m - drone.track.north_m)
-    lower_m = drone.track.alt_home_m - other.track.alt_home_m
+    apart_m = math.hypot(other.east_m - own.east_m, other.north_m - own.north_m)
+    lower_m = own.alt_home_m - other.alt_home_m
     return lower_m < 0.0 or lower_m >= CLEAR_BELOW_M or apart_m > PAD_NEIGHBOUR_M

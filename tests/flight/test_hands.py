@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fake_fleet import BATTERY_J, FakeVehicle
 from test_campaign import SLOTS, Flight
 
 from gcs.mission.custody import SILENT_GIVE_UP_S
@@ -144,6 +145,29 @@ def test_a_drone_that_cannot_land_for_one_that_hangs_below_it_says_so() -> None:
     assert (told.system_id, "drone 2 is in the air below it" in told.message) == (1, True)
     assert flight.vehicles[0].alt_m > 110.0
     stray.armed, stray.alt_m = False, 0.0
+    flight.until_state(*ENDED)
+    assert all_stand(flight)
+
+
+def test_a_drone_never_comes_down_on_one_that_hangs_below_it_however_long_that_takes() -> None:
+    """After a quarter of an hour it was ordered to return by itself, which looks at nobody below."""
+    flight = Flight()
+    flight.start()
+    flight.until_slot(1)
+    flight.fleet.add(FakeVehicle(9, 804.0, 700.0, armed=True, alt_m=110.0))
+    flight.ask(RequestKind.ABORT)
+    flight.until(lambda s: "drone.waits" in flight.journal.kinds())
+    flight.vehicles[1].battery_j = 0.05 * BATTERY_J
+    wait(flight, 1000.0)
+    told = [event.message for event in flight.journal.events if event.kind == "drone.waits" and event.system_id == 2]
+    assert 3 <= len(told) <= 5
+    assert all("drone 9 is in the air below it" in message for message in told)
+    low = [event.message for event in flight.journal.events if event.kind == "drone.battery" and event.system_id == 2]
+    assert 3 <= len(low) <= 5
+    assert all("waits for drone 9" in message for message in low)
+    assert not any(CommandKind.RETURN in vehicle.commands for vehicle in flight.vehicles)
+    assert min(vehicle.alt_m for vehicle in flight.vehicles) > 113.0
+    flight.fleet.fleet[9].armed, flight.fleet.fleet[9].alt_m = False, 0.0
     flight.until_state(*ENDED)
     assert all_stand(flight)
 

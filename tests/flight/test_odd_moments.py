@@ -12,7 +12,7 @@ from test_hands import ENDED, all_stand, stop, wait
 from gcs.mission.drone import Control
 from gcs.mission.fates import LAME_MPS
 from gcs.mission.threaded_planner import Answer
-from gcs.ports import CampaignState, CommandKind, FlightMode, RequestKind
+from gcs.ports import CampaignState, CommandKind, FlightMode, RequestKind, Severity
 from policy.world.state import WorldState
 
 
@@ -113,6 +113,26 @@ def test_one_drones_stop_is_not_taken_off_while_all_are_stopped() -> None:
     assert "all" in stop(flight, RequestKind.RESET_STOP, 1)
     assert flight.loop.snapshot().stopped
     assert stop(flight, RequestKind.RESET_STOP) == ""
+
+
+@pytest.mark.parametrize("system_id", [2, None])
+def test_a_stopped_drone_whose_battery_just_brings_it_home_is_told_of_once(system_id: int | None) -> None:
+    """Nobody flies it home while the stop stands: who pressed it must know in time."""
+    flight = Flight(uavs=3)
+    flight.start()
+    flight.until_slot(1)
+    assert stop(flight, RequestKind.EMERGENCY_STOP, system_id) == ""
+    wait(flight, 5.0)
+    assert "drone.battery" not in flight.journal.kinds()
+    flight.vehicles[1].battery_j = 0.08 * BATTERY_J
+    wait(flight, 20.0)
+    (told,) = (event for event in flight.journal.events if event.kind == "drone.battery")
+    assert (told.system_id, told.severity) == (2, Severity.WARNING)
+    assert "is stopped and its battery (8%) just brings it home" in told.message
+    assert flight.vehicles[1].mode is FlightMode.HOLD
+    assert stop(flight, RequestKind.RESET_STOP, system_id) == ""
+    wait(flight, 5.0)
+    assert sum(kind == "drone.battery" for kind in flight.journal.kinds()) == 1
 
 
 def test_an_abort_under_the_stop_says_what_it_waits_for() -> None:
