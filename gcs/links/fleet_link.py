@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any, Final
 
 from gcs.links.commands import RefusedTicket
-from gcs.links.routes import Routes
+from gcs.links.routes import FORGOTTEN_S, Routes
 from gcs.links.session import VehicleSession
 from gcs.links.status import changed
 from gcs.links.uplink import UplinkMeter
@@ -51,6 +51,7 @@ class WiredFleetLink:
         self._uplinks: dict[int, UplinkMeter] = {}
         self._notices: list[str] = []
         self._conflicts: dict[int, tuple[str, float]] = {}  # what is wrong, and when it was seen last
+        self._strangers: set[tuple[int, Path]] = set()  # refused, and another vehicle by its time since boot
         self._polled_s = float("-inf")
         self._refused: set[tuple[int, Path]] = set()
         self._heartbeat_due_s = float("-inf")
@@ -231,12 +232,17 @@ class WiredFleetLink:
         if routes.find(path) is not None:
             return True
         elsewhere = routes.heard_elsewhere(path, now_s, CONFLICT_S)
+        if elsewhere is None and (system_id, path) in self._strangers:
+            elsewhere = routes.heard_elsewhere(path, now_s, FORGOTTEN_S)  # the one that fell silent may come back
         if elsewhere is None:
             routes.move(path, now_s)
         elif wanted == system_id and elsewhere.path.address != path.address:
             routes.add(path, now_s)  # a second link that the operator has named
         else:
             self._refuse(system_id, path, f"that id already flies at {elsewhere.path.address}")
+            boot_ms = getattr(heard.body, "time_boot_ms", None)
+            if boot_ms is not None and routes.is_strange(boot_ms / 1e3, now_s):
+                self._strangers.add((system_id, path))
             words = f"a second vehicle at {path.address} has the same system id; change one"
             self._conflicts[system_id] = (words, now_s)
             return False

@@ -80,6 +80,11 @@ class Routes:
             for other in self._routes.values()
         )
 
+    def is_strange(self, boot_s: float, now_s: float) -> bool:
+        """What was up for so long is not the vehicle that is known here: its time since boot fits none of its ways."""
+        known_s = [route.boot_offset_s for route in self._routes.values() if route.boot_offset_s is not None]
+        return bool(known_s) and all(abs(now_s - boot_s - offset_s) > CLOCKS_APART_S for offset_s in known_s)
+
     def usual(self, now_s: float) -> list[Path]:
         """Where to send: the first link, or every one while it is silent."""
         if self._primary is not None and now_s - self._primary.heard_s <= SILENT_S:

@@ -218,6 +218,36 @@ def test_a_second_vehicle_with_the_same_id_is_refused(kind: type[WiredFleetLink]
     assert took_s == pytest.approx(CONFLICT_OVER_S, abs=1.5)
 
 
+def test_a_second_vehicle_is_not_taken_for_the_first_when_that_falls_silent(kind: type[WiredFleetLink]) -> None:
+    """It has been up for another time. The first one's setpoints would go to it, and the first one would get none."""
+    first, second = Peer(1), Peer(1)
+    desk = Desk(kind([first.address, second.address]))
+    known(desk, first)
+    desk.receive(second, "HEARTBEAT")
+
+    def both() -> str:
+        first.heartbeat(custom=PX4_OFFBOARD)
+        first.position(boot_ms=round(1e3 * desk.now_s) + 100_000)
+        second.heartbeat(custom=3 << 16)
+        second.position(boot_ms=round(1e3 * desk.now_s) + 900_000)
+        return desk.link.vehicles()[1].conflict
+
+    desk.until(both)
+    for _ in range(3):  # each has said how long it has been up
+        desk.until(both)
+    alone_s = desk.now_s
+
+    def second_alone() -> bool:
+        second.heartbeat(custom=3 << 16)
+        second.position(boot_ms=round(1e3 * desk.now_s) + 900_000)
+        return desk.link.vehicles()[1].mode is not FlightMode.GUIDED
+
+    desk.until(second_alone)
+    assert desk.now_s - alone_s > 50.0, "long enough for a campaign to give the first one up"
+    for end in (desk.link, first, second):
+        end.close()
+
+
 def test_an_address_with_another_vehicle_is_refused(kind: type[WiredFleetLink]) -> None:
     peer = Peer(7)
     desk = Desk(kind([peer.address], expected={peer.address: 2}))
