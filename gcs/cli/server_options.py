@@ -12,7 +12,7 @@ def with_options(config: ServerConfig, args: argparse.Namespace) -> ServerConfig
     document = config.model_dump()
     document["server"] |= server
     document["drones"] |= _drones(args.drone)
-    if args.tlog is not None:
+    if getattr(args, "tlog", None) is not None:  # the doctor records nothing
         document["link"]["tlog"] = args.tlog
     if args.store is not None:
         document["store"]["url"] = args.store
