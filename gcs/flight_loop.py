@@ -48,6 +48,7 @@ TICK_S = 0.1
 
 HEALTHY_S = 1.0  # wall time since the last tick beyond which nobody should trust the loop
 SPREAD_FROM = 10  # fleets larger than this are sent to in several bursts a tick (one burst is lost in buffers)
+MOST_BURSTS = 5  # a tick: after each the flight must be given the interpreter anew
 SPREAD_SHARE = 0.4  # of a tick over which the bursts are spread
 LEAD_EACH_S = 0.0005  # a drone: how long after a tick's own time the first burst leaves, though it be ready before
 LEAD_SHARE = 0.5  # of a tick: the most of it
@@ -234,13 +235,14 @@ class FlightLoop:
 
     def _send(self, safe: Sequence[SealedSetpoint], judged_s: float) -> None:
         """In real time a large fleet's setpoints are spread over the tick; what has become old is not sent."""
-        bursts = 1 if self._clock.is_virtual else -(-len(safe) // SPREAD_FROM)
+        each = len(safe) if self._clock.is_virtual else max(SPREAD_FROM, -(-len(safe) // MOST_BURSTS))
+        bursts = -(-len(safe) // max(each, 1))
         from_s = self._next_s - TICK_S + min(len(safe) * LEAD_EACH_S, LEAD_SHARE * TICK_S)
         for burst in range(bursts):
             if bursts > 1:
                 even_s = from_s + burst * SPREAD_SHARE * TICK_S / bursts
                 self._clock.wait_until(even_s if burst == 0 else max(even_s, self._clock.now_s() + LEAST_GAP_S))
-            for setpoint in safe if bursts == 1 else safe[burst * SPREAD_FROM : (burst + 1) * SPREAD_FROM]:
+            for setpoint in safe[burst * each : (burst + 1) * each]:
                 now_s = self._clock.now_s()
                 self._link.send(self._late.in_time(setpoint, judged_s, now_s), now_s)
 
