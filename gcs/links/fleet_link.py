@@ -68,19 +68,22 @@ class WiredFleetLink:
             try:
                 self._receive(heard, received_s)
             except Exception:  # whatever one vehicle sends must not end the flight of all
-                logger.exception("a message was passed over")
-                self._pass_over(heard)
+                if self._is_new_trouble(heard):
+                    logger.exception("a message was passed over")
         if now_s >= self._overrun_due_s:
             self._tell_overruns(now_s)
             self._notices += self._wire.troubles()
 
-    def _pass_over(self, heard: Heard) -> None:
-        if (heard.system_id, heard.name) not in self._passed_over:
-            self._passed_over.add((heard.system_id, heard.name))
-            self._notices.append(
-                f"vehicle {heard.system_id} at {heard.path.address}: its {heard.name} could not be read and is passed "
-                "over; please report this line and the log"
-            )
+    def _is_new_trouble(self, heard: Heard) -> bool:
+        """Told once of each vehicle and kind: it may come fifty times a second."""
+        if (heard.system_id, heard.name) in self._passed_over:
+            return False
+        self._passed_over.add((heard.system_id, heard.name))
+        self._notices.append(
+            f"vehicle {heard.system_id} at {heard.path.address}: its {heard.name} could not be read and is passed "
+            "over; please report this line and the log"
+        )
+        return True
 
     def _tell_overruns(self, now_s: float) -> None:
         """Once a while, for each address on which more came than can be read."""
