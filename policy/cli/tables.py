@@ -5,7 +5,7 @@ import os
 import shlex
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,7 @@ from policy.evaluation.tables.store import CellStore
 from policy.evaluation.tables.sweep import Do, Sweep, collect, lacking, make_tasks, sweep
 from policy.evaluation.tables.timing import TimingTask, make_timing, time_decisions
 from policy.evaluation.tables.workers import Failed, Job, Outcome, in_processes
+from policy.search.paper_tree import DEEPEST
 
 Kept = dict[str, dict[str, Any]]
 """By campus, what one file each holds."""
@@ -41,6 +42,9 @@ def add_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.add_argument("--quick", action="store_true", help="a small grid of short campaigns, in minutes")
     parser.add_argument("--only", nargs="+", choices=SECTIONS, default=SECTIONS, metavar="WHAT", help=_list(SECTIONS))
     parser.add_argument("--seeds", type=whole(1, 1000), metavar="K", help="campaigns a point (default: 5; quick: 2)")
+    parser.add_argument(
+        "--depths", nargs="+", type=whole(1, DEEPEST), metavar="N", help="of Table I (default: 2 3 4 5; quick: 2 3)"
+    )
     parser.add_argument(
         "--missions", nargs="+", metavar="MISSION", help=f"files or names (default: {', '.join(CAMPUSES)})"
     )
@@ -95,6 +99,8 @@ class _Setting:
 def _setting(options: argparse.Namespace) -> _Setting:
     seeds = options.seeds or (2 if options.quick else 5)
     extent = Extent.quick(seeds) if options.quick else Extent(seeds)
+    if options.depths:
+        extent = replace(extent, depths=tuple(dict.fromkeys(options.depths)))
     found = {name: find_campus(name, extent.slots) for name in options.missions or CAMPUSES}
     absent = {name: campus for name, campus in found.items() if isinstance(campus, Absent)}
     there = [campus for campus in found.values() if isinstance(campus, Campus)]

@@ -50,6 +50,31 @@ def test_quick_on_a_tiny_mission_then_again(capsys, tiny, tmp_path):
     assert list(frame["episodic_aoi"]) == [row["episodic_aoi"] for row in rows]
 
 
+def test_only_the_depths_asked_for_are_flown(tmp_path, capsys, tiny):
+    out = tmp_path / "out"
+    arguments = [
+        "--only",
+        "table1",
+        "--depths",
+        "1",
+        "2",
+        "1",
+        "--missions",
+        str(tiny),
+        "--seeds",
+        "1",
+        "--out",
+        str(out),
+    ]
+    code, _, err = run(capsys, *arguments, "--workers", "1")
+    assert code == 0, err
+    rows = [
+        line.split(" | ") for line in (out / "README.md").read_text().splitlines() if line.startswith("| gaussian |")
+    ]
+    assert [row[1] for row in rows] == ["1", "2"]
+    assert "missing" not in rows[1]
+
+
 def test_the_newest_of_a_cell_flown_twice_counts(tmp_path, capsys, tiny):
     out = tmp_path / "out"
     run(capsys, "--only", "methods", "--missions", str(tiny), "--policies", "random", "--seeds", "1", "--out", str(out))
@@ -106,6 +131,7 @@ def test_without_traces_quick_flies_the_demo_and_says_what_is_missing(capsys, tm
 FAULTS = [
     (["--only", "table9"], "invalid choice"),
     (["--seeds", "0"], "not between"),
+    (["--depths", "2", "6"], "not between"),
     (["--workers", "many"], "no whole number"),
     (["--policies", "randon"], 'did you mean "random"?'),
     (["--missions", "nowhere"], "no such mission"),
