@@ -182,4 +182,5 @@ def change_text(before: dict[str, Any] | None, now: dict[str, Any]) -> str:
 
 
 def as_json(message: Message) -> str:
+    """As it is sent."""
     return message.model_dump_json()

@@ -20,9 +20,7 @@ HEARTBEAT_S: Final = 1.0
 MAX_VEHICLE_ID: Final = 250
 OVERRUN_NOTICE_S: Final = 5.0
 CONFLICT_S: Final = 5.0  # a vehicle may move to another port after so long a silence
-CONFLICT_OVER_S: Final = (
-    10.0  # a second vehicle with its id was not heard for so long: it was switched off, or was none
-)
+CONFLICT_OVER_S: Final = 10.0  # a second vehicle that is not heard for so long was switched off, or was none
 VELOCITY_AND_YAW: Final = 2503  # POSITION_TARGET_TYPEMASK: position, acceleration and yaw rate ignored
 RELATIVE_ALT_INT: Final = 6  # MAV_FRAME_GLOBAL_RELATIVE_ALT_INT
 _GCS_HEARTBEAT: Final[Fields] = {  # MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID, MAV_STATE_ACTIVE

@@ -19,7 +19,8 @@ STUCK_BELOW_MPS = 0.2
 CLEAR_BELOW_M = 15.0  # a drone on the next pad must be this much lower before one descends
 PAD_NEIGHBOUR_M = 20.0
 WAIT_TOLD_S = 60.0  # over its pad for another one below: those that land take less, one that hangs there is told of
-WAIT_AGAIN_S = 300.0  # and told of again; the wait ends when the place is free, never by coming down on somebody
+WAIT_AGAIN_S = 300.0  # and told of again, as long as that one is heard: nobody comes down on it
+UNHEARD_S = 60.0  # where one that is not heard for so long is now nobody knows; it is not waited for without end
 STAND_DOWN_S = 8.0  # an order's five repeats, a second each, and the heartbeat that shows what came of them
 DISARM_PATIENCE_S = 15.0  # ArduPilot disarms 2 s after touch-down (measured), PX4 likewise
 
@@ -198,10 +199,11 @@ class Descend(Step):
             return None
         handover_m = at.crew.settings.landing_handover_m
         below = _below(at)
-        at.drone.waits_for = below if WAIT_TOLD_S <= at.after_s < WAIT_AGAIN_S else None
+        at.drone.waits_for = below.system_id if below is not None and at.after_s >= WAIT_TOLD_S else None
         if below is None:
             at.drone.goal.alt_home_m = handover_m
-        elif at.after_s >= WAIT_AGAIN_S:
+        elif at.after_s >= WAIT_AGAIN_S and below.age_s <= UNHEARD_S:
+            at.drone.waits_for = None  # so that it is told again
             return Done(then=(self,))
         return Done() if at.drone.track.alt_home_m <= handover_m + ALTITUDE_REACHED_M else None
 
@@ -327,11 +329,11 @@ def _may_be_overtaken(before: Drone) -> bool:
     return before.is_streamed or track.vel_up_mps < SLOWEST_CLIMB_MPS
 
 
-def _below(at: Moment) -> int | None:
+def _below(at: Moment) -> UavTrack | None:
     """The drone that is in the air where this one comes down, of the campaign or any other of ours."""
     others = [d.track for d in at.crew.drones if d is not at.drone and d.is_airborne and not d.landed]
     tracks = [track for track in (*others, *at.crew.bystanders) if track is not None]
-    return next((track.system_id for track in tracks if not _is_clear(at.drone.track, track)), None)
+    return next((track for track in tracks if not _is_clear(at.drone.track, track)), None)
 
 
 def _is_clear(own: UavTrack | None, other: UavTrack) -> bool:

@@ -172,6 +172,23 @@ def test_a_drone_never_comes_down_on_one_that_hangs_below_it_however_long_that_t
     assert all_stand(flight)
 
 
+def test_one_that_is_not_heard_any_more_is_not_waited_for_without_end() -> None:
+    """It was last seen below the pad; where it is now nobody knows, and batteries end."""
+    flight = Flight()
+    flight.start()
+    flight.until_slot(1)
+    stray = flight.vehicles[1]
+    stray.mode, stray.mode_name = FlightMode.PILOT, "BRAKE"
+    wait(flight, 1.0)
+    stray.east_m, stray.north_m, stray.alt_m = 804.0, 700.0, 115.0
+    wait(flight, 1.0)
+    stray.silent = True
+    flight.ask(RequestKind.ABORT)
+    flight.until(lambda s: not flight.vehicles[0].armed, limit_s=1500.0)
+    assert CommandKind.RETURN in flight.vehicles[0].commands
+    assert "took more than 900 s" in next(e.message for e in flight.journal.events if e.kind == "drone.return")
+
+
 def test_a_silent_drone_serves_nobody_and_is_not_planned_for() -> None:
     flight = Flight()
     flight.start()
