@@ -57,10 +57,10 @@ class GcrlSettings:
         return cls(use_value=True, use_forecast=False, tree=TreeSettings(depth), next_state=next_state)
 
     @classmethod
-    def for_training(cls, horizon_slots: int, beam: int) -> "GcrlSettings":
-        """Narrow, since training needs many decisions rather than the best; users stay, as f_2 is still learning."""
+    def for_warmup(cls, horizon_slots: int, beam: int) -> "GcrlSettings":
+        """The plain planner, narrow, since training needs many decisions rather than the best."""
         search = SearchSettings(horizon_slots=horizon_slots, beam=beam, rounds=1, rebuilds=0)
-        return cls(search=search, use_value=True, use_prediction=False)
+        return cls(search=search, use_prediction=False)
 
     def without_network(self) -> "GcrlSettings":
         """The plain planner that this one grows from."""

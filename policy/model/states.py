@@ -1,11 +1,11 @@
 """States in a batch, as networks see them: WorldState plus the users' last step, and the units of a campaign."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
-from policy.world.arrays import BoolArray, FloatArray
+from policy.world.arrays import BoolArray, FloatArray, IntArray
 from policy.world.scenario import Scenario
 from policy.world.state import WorldState
 
@@ -62,6 +62,11 @@ class StateBatch:
     def size(self) -> int:
         """B."""
         return int(self.uav_pos_enu_m.shape[0])
+
+
+def take(states: StateBatch, rows: IntArray) -> StateBatch:
+    """Rows of a batch, repeated as often as named."""
+    return StateBatch(**{f.name: getattr(states, f.name)[rows] for f in fields(StateBatch)})
 
 
 def stack_states(states: Sequence[WorldState], user_steps_m: FloatArray) -> StateBatch:

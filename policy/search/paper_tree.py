@@ -9,12 +9,12 @@ That is A + (U - 1) children A states a node instead of A^U, all nodes of a dept
 by default is another one (``policy.search.planner``).
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from policy.model.states import StateBatch
+from policy.model.states import StateBatch, take
 from policy.world.actions import ActionSet
 from policy.world.airspace import legal_moves
 from policy.world.arrays import BoolArray, FloatArray, IntArray
@@ -39,10 +39,10 @@ class TreeSettings:
 
 
 class NextState(Protocol):
-    """sigma(s, a) of Eq. 12 and r(s, a) of Eq. 8, for a batch."""
+    """sigma(s, a) of Eq. 12 and r(s, a) of Eq. 8, for several joint actions of each of several states."""
 
     def __call__(self, states: StateBatch, vel_command_mps: FloatArray) -> tuple[StateBatch, FloatArray]:
-        """States [B], commands [B, U, 2] -> next states [B], rewards [B]."""
+        """States [B], commands [B, C, U, 2] -> next states [B C], those of one state in a row; rewards [B, C]."""
 
 
 class StateValue(Protocol):
@@ -137,12 +137,9 @@ def _legal(tree: Tree, states: StateBatch) -> BoolArray:
 
 def _tried(tree: Tree, states: StateBatch, actions: IntArray, allowed: BoolArray) -> _Children:
     """Joint actions [B, C, U] of every node, flown by the model."""
-    nodes, count, uavs = actions.shape
-    start = take(states, np.repeat(np.arange(nodes), count))
-    command = tree.actions.vel_enu_mps[actions].reshape(nodes * count, uavs, 2)
-    after, reward = tree.next_state(start, command)
-    value = tree.value(after).reshape(nodes, count)
-    return _Children(actions, np.where(allowed, reward.reshape(nodes, count), -np.inf), after, value)
+    after, reward = tree.next_state(states, tree.actions.vel_enu_mps[actions])
+    value = tree.value(after).reshape(reward.shape)
+    return _Children(actions, np.where(allowed, reward, -np.inf), after, value)
 
 
 def _best(tree: Tree, children: _Children, keep: int) -> _Children:
@@ -156,8 +153,3 @@ def _best(tree: Tree, children: _Children, keep: int) -> _Children:
         states=take(children.states, rows),
         value=np.take_along_axis(children.value, order, axis=1),
     )
-
-
-def take(states: StateBatch, rows: IntArray) -> StateBatch:
-    """Rows of a batch, repeated as often as named."""
-    return StateBatch(**{f.name: getattr(states, f.name)[rows] for f in fields(StateBatch)})

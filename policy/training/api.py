@@ -125,10 +125,10 @@ class _Run:
         return told
 
     def _agent(self) -> GcrlAgent:
-        """The method itself, with the network as it is now."""
-        settings = GcrlSettings.for_training(self._settings.horizon_slots, self._settings.beam)
+        """Lines 4 to 10 of Algorithm 1 with the network as it is now: what it shall judge is what its own search meets."""
+        settings = GcrlSettings.paper(self._settings.search_depth)
         if self.episode < self._settings.warmup_episodes:
-            settings = settings.without_network()
+            settings = GcrlSettings.for_warmup(self._settings.horizon_slots, self._settings.beam)
         return GcrlAgent(settings, NetworkEvaluator(TorchRunner(self._learner.network)))
 
     def _learn(self, rng: np.random.Generator) -> None:

@@ -10,6 +10,10 @@ from policy.model.network import Outputs
 
 STANDING_WALKS = 0.25
 """In walks of a slot: errors up to 5 m count as squares."""
+WAY_WEIGHT = 10.0
+"""Of a UAV's way, in ways of a slot: where it gets decides whom it serves, a tenth of a way is 27 m of 226."""
+ENERGY_WEIGHT = 1000.0
+"""Of the energy spent, in batteries: a slot costs some 0.6 %, and an error of a hundredth is one of more than all of it."""
 STATE_WEIGHT = 4.0
 """Leaves are told apart by their states' values; users' shares only help to find them."""
 
@@ -27,12 +31,13 @@ class Losses(NamedTuple):
 
 
 def prediction_loss(heads: Outputs, uav_next: Tensor, user_next: Tensor, uav_mask: Tensor, user_mask: Tensor) -> Tensor:
-    """Eq. 15: squared error of the next state in the network's units, over those that take part.
+    """Eq. 15: squared error of the next state in the network's units, over those that take part, weighed to matter alike.
 
     Of users' ways beyond a few metres the absolute error (Huber): most people stand and some ride, so the squared
     one, which asks for the mean, lets everybody creep; the absolute one asks for what usually happens.
     """
-    uav_error = torch.sum((heads.uav_next - uav_next) ** 2, dim=-1)
+    uav_weight = uav_next.new_tensor((WAY_WEIGHT, WAY_WEIGHT, ENERGY_WEIGHT))
+    uav_error = torch.sum(uav_weight * (heads.uav_next - uav_next) ** 2, dim=-1)
     way_error = smooth_l1_loss(heads.user_next[..., :2], user_next[..., :2], beta=STANDING_WALKS, reduction="none")
     user_error = torch.sum(way_error, dim=-1) + torch.sum((heads.user_next[..., 2:] - user_next[..., 2:]) ** 2, dim=-1)
     return _masked_mean(uav_error, uav_mask) + _masked_mean(user_error, user_mask)

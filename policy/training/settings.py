@@ -27,15 +27,16 @@ class TrainSettings:
     learning_rate: float = 1e-3
     final_learning_rate_share: float = 0.1  # ours: falls linearly to this share over the run
     batch_size: int = 128
-    updates_per_episode: int = 8  # ours: Algorithm 1 updates in every slot, on one sample
+    updates_per_episode: int = 16  # ours: Algorithm 1 updates in every slot, on one sample
     n_step: int = 10  # ours: rewards summed before the target network's value (Eq. 16 has one)
     target_every: int = 100  # updates between copies into the target network
     replay_episodes: int = 300
     explore_start: float = 0.15  # share of slots flown at random, falling linearly ...
     explore_end: float = 0.05
-    warmup_episodes: int = 120  # ours: flown with the plain leaf, before the learned one is worth asking
-    horizon_slots: int = 6  # N while training
-    beam: int = 12
+    search_depth: int = 1  # N of Eq. 13 while training: actions cost 36 states, and each more N six to three times as many
+    warmup_episodes: int = 40  # ours: flown by the plain planner, before the network is worth asking ...
+    horizon_slots: int = 6  # ... this far ahead ...
+    beam: int = 12  # ... and this wide
     checkpoint_every: int = 50  # episodes
     threads: int = 1
     physics: str = "ideal"  # a name for the card: which physics the episodes were flown in
@@ -43,7 +44,7 @@ class TrainSettings:
     def __post_init__(self) -> None:
         """Refuse what cannot be run."""
         counts = (
-            "episodes batch_size updates_per_episode n_step target_every replay_episodes horizon_slots beam"
+            "episodes batch_size updates_per_episode n_step target_every replay_episodes search_depth horizon_slots beam"
             " checkpoint_every threads"
         )
         for name in counts.split():

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from policy.model.checkpoint import load_evaluator
-from policy.model.states import STEPS, StateBatch, Units, stack_states
+from policy.model.states import STEPS, StateBatch, Units, stack_states, take
 from policy.search.next_state import NEXT_STATES, LearnedValue, Physics, next_state, world_state
-from policy.search.paper_tree import Tree, TreeSettings, choose, node_value, take
+from policy.search.paper_tree import Tree, TreeSettings, choose, node_value
 from policy.world.actions import paper_actions
 from policy.world.arrays import FloatArray
 from policy.world.reward import reward
@@ -20,7 +20,7 @@ from policy.world.state import JointAction, initial_state
 from policy.world.transition import step
 
 GAMMA = 0.9
-ROUGHLY_M = {"exact": 1e-9, "hybrid": 1e-9, "learned": 90.0}
+ROUGHLY_M = {"exact": 1e-9, "hybrid": 1e-9, "learned": 90.0, "printed": 90.0}
 """How well each knows where a UAV gets: the learned one to a third of the way."""
 
 
@@ -45,9 +45,12 @@ class Toy:
         self.flown = 0
 
     def next_state(self, states: StateBatch, vel_command_mps: FloatArray) -> tuple[StateBatch, FloatArray]:
-        self.flown += states.size
-        moved = states.uav_pos_enu_m + 15.0 * vel_command_mps
-        return replace(states, uav_pos_enu_m=moved), np.sin(moved / 170.0).sum(axis=(1, 2))
+        nodes, count = vel_command_mps.shape[:2]
+        self.flown += nodes * count
+        start = take(states, np.repeat(np.arange(nodes), count))
+        moved = start.uav_pos_enu_m + 15.0 * vel_command_mps.reshape(nodes * count, -1, 2)
+        earned = np.sin(moved / 170.0).sum(axis=(1, 2)).reshape(nodes, count)
+        return replace(start, uav_pos_enu_m=moved), earned
 
     def value(self, states: StateBatch) -> FloatArray:
         return 3.0 * np.cos(states.uav_pos_enu_m / 230.0).prod(axis=2).sum(axis=1)
@@ -67,8 +70,8 @@ def written_out(toy: Toy, states: StateBatch, depth: int) -> float:
     vel, uavs = paper_actions(18.0).vel_enu_mps, states.uav_active.shape[1]
     best = -np.inf
     for joint in itertools.product(range(9), repeat=uavs):
-        after, earned = toy.next_state(states, vel[list(joint)][None])
-        best = max(best, float(earned[0]) + GAMMA * written_out(toy, after, depth - 1))
+        after, earned = toy.next_state(states, vel[list(joint)][None, None])
+        best = max(best, float(earned[0, 0]) + GAMMA * written_out(toy, after, depth - 1))
     return first / depth + (depth - 1) / depth * best
 
 
@@ -85,8 +88,8 @@ def test_unclipped_it_is_equation_14(uavs: int, depth: int, all_of: int) -> None
     states, vel = root(tree.scenario), tree.actions.vel_enu_mps
     totals = {}
     for joint in itertools.product(range(9), repeat=uavs):
-        after, earned = toy.next_state(states, vel[list(joint)][None])
-        totals[joint] = float(earned[0]) + GAMMA * written_out(toy, after, depth)
+        after, earned = toy.next_state(states, vel[list(joint)][None, None])
+        totals[joint] = float(earned[0, 0]) + GAMMA * written_out(toy, after, depth)
     chosen = choose(tree, states)
     assert tuple(chosen.actions[0].tolist()) == max(totals, key=totals.__getitem__)
     np.testing.assert_allclose(chosen.value, [totals[tuple(joint.tolist())] for joint in chosen.actions])
@@ -139,9 +142,9 @@ def test_next_states_keep_their_meaning(kind: str) -> None:
     scenario, evaluator = make_scenario(2), load_evaluator()
     units = Units.of(scenario)
     states = root(scenario)
-    command = np.array([[[18.0, 0.0], [0.0, -18.0]]])
+    command = np.array([[[[18.0, 0.0], [0.0, -18.0]]]])
     after, earned = next_state(kind, scenario, evaluator, units)(states, command)
-    assert earned.shape == (1,)
+    assert earned.shape == (1, 1)
     assert after.user_steps_m.shape == states.user_steps_m.shape
     assert np.all(after.user_aoi_slots >= 1.0)
     assert np.all(after.uav_energy_j < states.uav_energy_j)
@@ -151,14 +154,14 @@ def test_next_states_keep_their_meaning(kind: str) -> None:
 
 def test_exact_is_the_world_itself() -> None:
     scenario, states = make_scenario(2), root(make_scenario(2), 3)
-    command = np.array([[[18.0, 0.0], [0.0, 0.0]]])
+    command = np.array([[[[18.0, 0.0], [0.0, 0.0]]]])
     after, earned = Physics(scenario, None, Units.of(scenario))(states, command)
     before = world_state(states)
     action = JointAction(np.array([[np.pi / 2.0, 0.0]]), np.array([[18.0, 0.0]]))
     expected, outcome = step(scenario, before, action, states.user_pos_enu_m)
     np.testing.assert_allclose(after.uav_pos_enu_m, expected.uav_pos_enu_m)
     np.testing.assert_array_equal(after.user_aoi_slots, expected.user_aoi_slots)
-    np.testing.assert_allclose(earned, reward(scenario, before, expected, outcome))
+    np.testing.assert_allclose(earned[0], reward(scenario, before, expected, outcome))
 
 
 def test_the_value_is_in_the_unit_of_the_reward() -> None:
@@ -181,7 +184,7 @@ def test_the_value_is_in_the_unit_of_the_reward() -> None:
 
 def test_unknown_names_and_sizes_are_refused() -> None:
     scenario = make_scenario(1)
-    with pytest.raises(ValueError, match="exact, hybrid, learned"):
+    with pytest.raises(ValueError, match="exact, hybrid, learned, printed"):
         next_state("guess", scenario, load_evaluator(), Units.of(scenario))
     for wrong in ({"depth": 0}, {"depth": 6}, {"children": 0}):
         with pytest.raises(ValueError, match="depth"):
