@@ -14,7 +14,7 @@ from policy.mobility.traces import TraceError
 from policy.model.spec import SIMILARITIES, ModelSpec
 from policy.training.api import train
 from policy.training.places import real_names, real_place
-from policy.training.samplers import AnyPlace, Mixture, OwnPlace, TraceSampler
+from policy.training.samplers import WIDE_PLACES, Mixture, OwnPlace, TraceSampler
 from policy.training.settings import TrainingError, TrainProgress, TrainSettings
 
 
@@ -54,8 +54,8 @@ def _sampler(also: tuple[str, ...], only: str | None) -> TraceSampler:
     if only is not None:
         return _own(only)
     if also:
-        return Mixture(AnyPlace(), tuple(_own(name) for name in also), ", ".join(also))
-    return AnyPlace()
+        return Mixture(WIDE_PLACES, tuple(_own(name) for name in also), ", ".join(also))
+    return WIDE_PLACES
 
 
 def _own(name: str) -> OwnPlace:

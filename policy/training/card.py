@@ -19,7 +19,7 @@ from policy.training.settings import TrainSettings
 from policy.world.scenario import Objective
 
 LIMITS = (
-    "The value was learned under a look-ahead planner's own flights and is meant as the leaf of such a search.",
+    "The value was learned under the flights of the paper's own search and is meant as the leaf of such a search.",
     "Learned for the objective below; another weight of coverage or energy changes what the best policy is.",
 )
 

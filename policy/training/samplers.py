@@ -26,6 +26,7 @@ class AnyPlace:
     slots: int = 120
     slot_s: float = 15.0
     side_m: tuple[float, float] = (1000.0, 3500.0)
+    even_sides: bool = False  # all sides equally likely; else all ratios of sides are, which makes large places rare
     users: tuple[int, int] = (20, 90)
     uavs: tuple[int, ...] = (1, 2, 2, 2, 3, 4)
     mcl_db: tuple[float, ...] = (117.0, 117.0, 117.0, 115.0, 119.0)
@@ -44,8 +45,7 @@ class AnyPlace:
 
     def __call__(self, rng: np.random.Generator) -> tuple[Scenario, FloatArray]:
         """One campaign."""
-        least, greatest = np.log(self.side_m)
-        size_m = tuple(float(side) for side in np.exp(rng.uniform(least, greatest, size=2)))
+        size_m = self._size_m(rng)
         users, uavs = int(rng.integers(self.users[0], self.users[1] + 1)), int(rng.choice(self.uavs))
         scenario = Scenario(
             area=Area((0.0, 0.0), (size_m[0], size_m[1])),
@@ -60,6 +60,17 @@ class AnyPlace:
             users, self.slots + 1, self.slot_s, (size_m[0], size_m[1]), seed, params=random_crowd(rng)
         )
         return scenario, walkers.pos_enu_m
+
+    def _size_m(self, rng: np.random.Generator) -> tuple[float, float]:
+        if self.even_sides:
+            sides = rng.uniform(*self.side_m, size=2)
+        else:
+            sides = np.exp(rng.uniform(*np.log(self.side_m), size=2))
+        return float(sides[0]), float(sides[1])
+
+
+WIDE_PLACES = AnyPlace(side_m=(1000.0, 4000.0), even_sides=True)
+"""For values: where users are slots away from the nearest UAV, a search depends on them most."""
 
 
 def random_crowd(rng: np.random.Generator) -> WalkerParams:

@@ -33,7 +33,9 @@ class TrainSettings:
     replay_episodes: int = 300
     explore_start: float = 0.15  # share of slots flown at random, falling linearly ...
     explore_end: float = 0.05
-    search_depth: int = 1  # N of Eq. 13 while training: actions cost 36 states, and each more N six to three times as many
+    search_depth: int = (
+        1  # N of Eq. 13 while training: actions cost 36 states, and each more N six to three times as many
+    )
     warmup_episodes: int = 40  # ours: flown by the plain planner, before the network is worth asking ...
     horizon_slots: int = 6  # ... this far ahead ...
     beam: int = 12  # ... and this wide

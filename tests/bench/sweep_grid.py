@@ -76,7 +76,11 @@ def _names(grid: Grid, campuses: Mapping[str, Campus]) -> dict[Method | Absent, 
     names: dict[Method | Absent, str] = {
         line.method: f"the paper's search, N = {line.depth}" for line in grid.similarities
     }
-    for rows, name in ((grid.next_states, "the paper's search, {} next states"), (grid.ablations, "{}")):
+    for rows, name in (
+        (grid.next_states, "the paper's search, {} next states"),
+        (grid.ablations, "{}"),
+        (grid.tree_ablations, "the paper's search, {}"),
+    ):
         for row in rows:
             names.setdefault(row.method, name.format(row.name))
     return names | {row.on(campus): row.name for row in grid.methods for campus in campuses}

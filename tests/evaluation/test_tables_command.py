@@ -100,14 +100,14 @@ def test_curves_relations_and_next_states_are_in_the_page(capsys, tiny, tmp_path
     only = ["--only", "nextstate", "relations", "curves", "--missions", str(tiny), "--seeds", "1", "--out", str(out)]
     code, said, err = run(capsys, *only, "--workers", "1")
     assert code == 0, err
-    assert "3 campaigns flown" in said
+    assert "4 campaigns flown" in said
     text = (out / "README.md").read_text()
     assert "![tiny, as Fig. 2](relations-tiny.svg)" in text
     assert "![curves](curves.svg)" in text
     assert {path.suffix for path in out.glob("relations-tiny.*")} == {".svg", ".png"}
     kappa = {row["options"]: row["episodic_aoi"] for row in load_results(out)}
-    assert len(kappa) == 3
-    for kind in ("exact", "hybrid", "learned"):
+    assert len(kappa) == 4
+    for kind in ("exact", "hybrid", "learned", "printed"):
         (value,) = [kappa[options] for options in kappa if f'"next_state":"{kind}"' in options]
         assert f"| κ | {kind} | {value:.3f} |" in text
     assert "| gcrl-default | gaussian | 240 | 2.947 |" in text

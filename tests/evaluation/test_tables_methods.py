@@ -123,11 +123,21 @@ def test_each_campaign_is_in_the_grid_once_and_the_paper_s_setting_in_every_camp
 
 def test_next_states_differ_in_nothing_else_and_the_learned_is_table_i_s():
     grid = make_grid(["nextstate"], ["x"], Extent(1), find_models(None))
-    assert [row.name for row in grid.next_states] == ["exact", "hybrid", "learned"]
+    assert [row.name for row in grid.next_states] == ["exact", "hybrid", "learned", "printed"]
     options = [dict(row.on("x").options)["settings"] for row in grid.next_states]
     assert len({replace(settings, next_state="learned") for settings in options}) == 1
-    assert grid.next_states[-1].method in [line.method for line in grid.similarities]
+    assert grid.next_states[2].method in [line.method for line in grid.similarities]
     assert {point.method for point in grid.points()} == {row.method for row in grid.next_states}
+
+
+def test_ablations_of_the_paper_s_search_leave_out_one_part_or_two():
+    grid = make_grid(["table3"], ["x"], Extent(1), find_models(None))
+    assert [row.name for row in grid.tree_ablations] == ["gcrl", "w/o RGCN", "w/o pred", "w/o RGCN, pred"]
+    told = [row.on("x") for row in grid.tree_ablations]
+    kinds = [dict(method.options)["settings"] for method in told]
+    assert [settings.next_state for settings in kinds] == ["learned", "learned", "exact", "exact"]
+    assert [method.network for method in told] == ["gaussian", "gaussian, no RGCN"] * 2
+    assert {settings.tree.depth for settings in kinds} == {3}
 
 
 def test_a_choice_of_policies_leaves_the_others_out():

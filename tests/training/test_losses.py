@@ -27,7 +27,9 @@ def test_prediction_loss_by_hand() -> None:
     """UAV off by 2 ways and by a hundredth of its battery; the user's way off by 3 walks (absolute), its AoI by 0.5 (squared)."""
     told = heads(torch.tensor([[[3.0, 0.0, 0.5, 0.0]]]), torch.tensor([[[2.0, 0.0, 0.01]]]))
     loss = prediction_loss(told, torch.zeros(1, 1, 3), torch.zeros(1, 1, 4), torch.ones(1, 1), torch.ones(1, 1))
-    torch.testing.assert_close(loss, torch.tensor(4.0 * WAY_WEIGHT + 1e-4 * ENERGY_WEIGHT + (3.0 - STANDING_WALKS / 2) + 0.25))
+    torch.testing.assert_close(
+        loss, torch.tensor(4.0 * WAY_WEIGHT + 1e-4 * ENERGY_WEIGHT + (3.0 - STANDING_WALKS / 2) + 0.25)
+    )
 
 
 def test_most_stand_so_standing_is_predicted() -> None:

@@ -23,12 +23,12 @@ SECTIONS = (
     *("table1", "table2", "table3", "nextstate", "methods", "uavs", "mcl"),
     *("trajectories", "relations", "curves"),
 )
-"""Table I-III; the search on exact, hybrid and learned next states; all methods at U = 2 and 117 dB; Figures 4, 6, 8;
+"""Table I-III; the search on exact and learned next states; all methods at U = 2 and 117 dB; Figures 4, 6, 8;
 Figures 5, 7, 9; Figure 3; Figure 2; learning curves."""
 BASE_UAVS = 2
 BASE_MCL_DB = 117.0
 QUICK_SLOTS = 20
-NEXT_STATE_DEPTH = 3
+PAPER_DEPTH = 3
 """N of the paper's Table III."""
 PLAIN = "receding-horizon"
 """The plain planner, what a user would pick instead, stands beside the ablations."""
@@ -70,6 +70,7 @@ class Grid:
     methods: tuple[Row, ...]
     similarities: tuple[Similar, ...]
     ablations: tuple[Row, ...]
+    tree_ablations: tuple[Row, ...] = ()  # the same of the paper's own search
     next_states: tuple[Row, ...] = ()
     networks: tuple[Model, ...] = ()  # all at hand, for their learning curves
 
@@ -88,7 +89,9 @@ class Grid:
         if section == "table1":
             yield from self._at(base, lambda _: (line.method for line in self.similarities))
         elif section == "table3":
-            yield from self._at(base, lambda campus: (row.on(campus) for row in self.ablations))
+            yield from self._at(
+                base, lambda campus: (row.on(campus) for row in (*self.ablations, *self.tree_ablations))
+            )
         elif section == "nextstate":
             yield from self._at(base, lambda campus: (row.on(campus) for row in self.next_states))
         elif section in ("methods", "trajectories"):
@@ -132,6 +135,7 @@ def make_grid(
         methods=methods,
         similarities=_similarities(models, extent.depths) if with_gcrl else (),
         ablations=_ablations(models) if with_gcrl else (),
+        tree_ablations=_tree_ablations(models) if with_gcrl else (),
         next_states=_next_states(models) if with_gcrl else (),
         networks=tuple(models) if with_gcrl else (),
     )
@@ -161,11 +165,24 @@ def _ablations(models: Sequence[Model]) -> tuple[Row, ...]:
     )
 
 
+def _tree_ablations(models: Sequence[Model]) -> tuple[Row, ...]:
+    """The paper's own search, less one part or two: without prediction on the world's physics, with users that stay."""
+    whole = gcrl(pick(models), "of it")
+    without_rgcn = gcrl(pick(models, use_rgcn=False), "without RGCN")
+    predicted, stay = GcrlSettings.paper(PAPER_DEPTH), GcrlSettings.paper(PAPER_DEPTH, "exact")
+    return (
+        Row("gcrl", with_options(whole, settings=predicted)),
+        Row("w/o RGCN", with_options(without_rgcn, settings=predicted)),
+        Row("w/o pred", with_options(whole, settings=stay)),
+        Row("w/o RGCN, pred", with_options(without_rgcn, settings=stay)),
+    )
+
+
 def _next_states(models: Sequence[Model]) -> tuple[Row, ...]:
     """The paper's own search, its next states by the world's physics, learned, or each where it is best."""
     network = gcrl(pick(models), "of it")
     return tuple(
-        Row(kind, with_options(network, settings=GcrlSettings.paper(NEXT_STATE_DEPTH, kind))) for kind in NEXT_STATES
+        Row(kind, with_options(network, settings=GcrlSettings.paper(PAPER_DEPTH, kind))) for kind in NEXT_STATES
     )
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from policy.evaluation.learning_curve import CurvePoint
 from policy.evaluation.tables.cells import Point
-from policy.evaluation.tables.grid import BASE_MCL_DB, BASE_UAVS, NEXT_STATE_DEPTH, Grid, axis
+from policy.evaluation.tables.grid import BASE_MCL_DB, BASE_UAVS, PAPER_DEPTH, Grid, axis
 from policy.evaluation.tables.methods import Absent, Method, Row
 from policy.evaluation.tables.paper import FIGURES, TABLE_I, TABLE_II_MS, TABLE_III, Printed
 from policy.evaluation.tables.spread import METRICS, spread
@@ -20,7 +20,7 @@ PAIRS = tuple(f"{sign} {whose}" for sign in METRICS.values() for whose in ("pape
 def table_i(grid: Grid, cells: Cells) -> Iterator[str]:
     """Similarity functions by depth N."""
     yield "## Table I: similarity functions and depth"
-    yield "The paper's own search: nine actions, depth N, learned prediction and value (Eq. 13-14)."
+    yield "The paper's own search: nine actions, depth N, learned next states and value (Eq. 12-14)."
     yield from _reasons((line.similarity, line.method) for line in grid.similarities)
     for campus in grid.campuses:
         lines = (
@@ -54,15 +54,23 @@ def table_iii(grid: Grid, cells: Cells) -> Iterator[str]:
         "without RGCN its network was trained without it. The plain planner has neither network nor prediction."
     )
     yield from _compared(grid, grid.ablations, cells)
+    yield f"## Table III with the paper's own search, N = {PAPER_DEPTH}"
+    yield (
+        "Nine actions, learned value (Eq. 13-14). Without prediction it searches the world's own physics with users that "
+        "stay; without RGCN its network was trained without it."
+    )
+    yield from _compared(grid, grid.tree_ablations, cells)
 
 
 def next_states(grid: Grid, cells: Cells) -> Iterator[str]:
     """Where the search takes its next states from (Eq. 12)."""
-    yield "## Next state: exact, hybrid, learned"
+    yield "## Next state: exact, hybrid, learned, printed"
     yield (
-        f"The paper's own search (nine actions, N = {NEXT_STATE_DEPTH}, learned value) on three kinds of next states: "
+        f"The paper's own search (nine actions, N = {PAPER_DEPTH}, learned value) on four kinds of next states: "
         "`exact`, the world's own physics with users that stay; `hybrid`, the same with users where the network "
-        "predicts them; `learned`, everything by the network, as in the paper."
+        "predicts them; `learned`, UAVs, energy and users by the network, data and AoI by Def. 1 and 2 from there; "
+        "`printed`, data and AoI by the network too, which is not told the action there (Eq. 12). The reward is Eq. 8 "
+        "by Def. 1 and 2 in all."
     )
     yield from _missing(grid, grid.next_states)
     at = (BASE_UAVS, BASE_MCL_DB)

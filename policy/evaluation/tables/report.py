@@ -87,7 +87,7 @@ def _head(found: Findings) -> Iterator[str]:
 
 
 def _networks(grid: Grid) -> Iterator[str]:
-    rows = [*grid.methods, *grid.ablations, *grid.next_states]
+    rows = [*grid.methods, *grid.ablations, *grid.tree_ablations, *grid.next_states]
     methods = dict.fromkeys(_single(rows)) | dict.fromkeys(line.method for line in grid.similarities)
     known = {m.checkpoint_sha256: m for m in methods if not isinstance(m, Absent) and m.checkpoint_sha256}
     for digest, method in known.items():
