@@ -125,7 +125,7 @@ class _Run:
         return told
 
     def _agent(self) -> GcrlAgent:
-        """Lines 4 to 10 of Algorithm 1 with the network as it is now: what it shall judge is what its own search meets."""
+        """Lines 4 to 10 of Algorithm 1, the network as it is now: what it shall judge is what its own search meets."""
         settings = GcrlSettings.paper(self._settings.search_depth)
         if self.episode < self._settings.warmup_episodes:
             settings = GcrlSettings.for_warmup(self._settings.horizon_slots, self._settings.beam)

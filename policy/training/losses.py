@@ -13,7 +13,7 @@ STANDING_WALKS = 0.25
 WAY_WEIGHT = 10.0
 """Of a UAV's way, in ways of a slot: where it gets decides whom it serves, a tenth of a way is 27 m of 226."""
 ENERGY_WEIGHT = 1000.0
-"""Of the energy spent, in batteries: a slot costs some 0.6 %, and an error of a hundredth is one of more than all of it."""
+"""Of the energy spent, in batteries: a slot costs some 0.6 % of one."""
 STATE_WEIGHT = 4.0
 """Leaves are told apart by their states' values; users' shares only help to find them."""
 
@@ -31,7 +31,7 @@ class Losses(NamedTuple):
 
 
 def prediction_loss(heads: Outputs, uav_next: Tensor, user_next: Tensor, uav_mask: Tensor, user_mask: Tensor) -> Tensor:
-    """Eq. 15: squared error of the next state in the network's units, over those that take part, weighed to matter alike.
+    """Eq. 15: squared error of the next state in the network's units, over those that take part, UAVs weighed.
 
     Of users' ways beyond a few metres the absolute error (Huber): most people stand and some ride, so the squared
     one, which asks for the mean, lets everybody creep; the absolute one asks for what usually happens.

@@ -63,9 +63,10 @@ class AnyPlace:
 
     def _size_m(self, rng: np.random.Generator) -> tuple[float, float]:
         if self.even_sides:
-            sides = rng.uniform(*self.side_m, size=2)
+            sides = rng.uniform(self.side_m[0], self.side_m[1], size=2)
         else:
-            sides = np.exp(rng.uniform(*np.log(self.side_m), size=2))
+            least, greatest = np.log(self.side_m)
+            sides = np.exp(rng.uniform(least, greatest, size=2))
         return float(sides[0]), float(sides[1])
 
 

@@ -33,9 +33,7 @@ class TrainSettings:
     replay_episodes: int = 300
     explore_start: float = 0.15  # share of slots flown at random, falling linearly ...
     explore_end: float = 0.05
-    search_depth: int = (
-        1  # N of Eq. 13 while training: actions cost 36 states, and each more N six to three times as many
-    )
+    search_depth: int = 1  # N of Eq. 13 while training; each more costs three to six times as much
     warmup_episodes: int = 40  # ours: flown by the plain planner, before the network is worth asking ...
     horizon_slots: int = 6  # ... this far ahead ...
     beam: int = 12  # ... and this wide
@@ -46,8 +44,8 @@ class TrainSettings:
     def __post_init__(self) -> None:
         """Refuse what cannot be run."""
         counts = (
-            "episodes batch_size updates_per_episode n_step target_every replay_episodes search_depth horizon_slots beam"
-            " checkpoint_every threads"
+            "episodes batch_size updates_per_episode n_step target_every replay_episodes search_depth horizon_slots"
+            " beam checkpoint_every threads"
         )
         for name in counts.split():
             if getattr(self, name) < 1:

@@ -152,6 +152,53 @@ def test_next_states_keep_their_meaning(kind: str) -> None:
     np.testing.assert_allclose(way_m, [270.0, 0.0], atol=ROUGHLY_M[kind])
 
 
+@pytest.mark.parametrize("kind", ["learned", "printed"])
+def test_learned_next_states_are_the_network_s_of_each_joint_action(kind: str) -> None:
+    """f_1 and f_2 by ``predict_next`` for each joint action by itself; the reward is Eq. 8 by Def. 1 and 2 there."""
+    scenario, evaluator = make_scenario(2, users=9, side_m=900.0), load_evaluator()
+    units, states = Units.of(scenario), root(scenario, 4)
+    pair = StateBatch(
+        *(np.concatenate((array, array[:, ::-1] if array.ndim == 4 else array)) for array in vars(states).values())
+    )
+    moved = replace(pair, uav_pos_enu_m=pair.uav_pos_enu_m + np.array([[[0.0, 0.0]], [[150.0, -90.0]]]))
+    vel = paper_actions(18.0).vel_enu_mps
+    commands = np.stack([vel[[[0, 3], [1, 1], [8, 2]]], vel[[[4, 4], [5, 0], [2, 7]]]])
+    after, earned = next_state(kind, scenario, evaluator, units)(moved, commands)
+    for node, choice in itertools.product(range(2), range(3)):
+        alone = take(moved, np.array([node]))
+        told = evaluator.predict_next(alone, commands[node, choice][None], units)
+        row = take(after, np.array([3 * node + choice]))
+        for name in ("uav_pos_enu_m", "uav_vel_enu_mps", "uav_energy_j", "user_pos_enu_m", "user_steps_m"):
+            np.testing.assert_allclose(getattr(row, name), getattr(told, name), rtol=1e-5, atol=1e-3, err_msg=name)
+        away_m = np.linalg.norm(told.uav_pos_enu_m[0][:, None] - told.user_pos_enu_m[0][None], axis=-1).min(axis=0)
+        near = away_m <= scenario.serving_radius_m
+        ages = np.where(near, 1.0, alone.user_aoi_slots[0] + 1.0)
+        kept_mb = np.where(near, 0.0, alone.user_data_mb[0] + 0.3)
+        fresher = 10.0 * (alone.user_aoi_slots[0] - ages) + (alone.user_data_mb[0] - kept_mb)
+        assert earned[node, choice] == pytest.approx(fresher.mean(), rel=1e-6)
+        np.testing.assert_allclose(
+            row.user_aoi_slots[0], told.user_aoi_slots[0] if kind == "printed" else ages, rtol=1e-4
+        )
+    assert len(set(np.round(earned.ravel(), 6))) > 1  # whom an action serves decides
+
+
+def test_who_is_told_to_run_empty_costs_the_penalty_and_serves_nobody() -> None:
+    """By Eq. 8 and Def. 2: f_1 gives it nothing left, so r_t^- counts it and nobody's age falls."""
+
+    class Empty:
+        spec = load_evaluator().spec
+
+        def predict_next(self, states: StateBatch, vel_command_mps: FloatArray, units: Units) -> StateBatch:
+            return replace(states, uav_energy_j=np.zeros_like(states.uav_energy_j))
+
+    scenario = make_scenario(1, users=3, side_m=300.0)
+    states = root(scenario)
+    after, earned = next_state("learned", scenario, Empty(), Units.of(scenario))(states, np.zeros((1, 1, 1, 2)))
+    assert not after.uav_active.any()
+    np.testing.assert_array_equal(after.user_aoi_slots, states.user_aoi_slots + 1.0)
+    assert earned[0, 0] == pytest.approx(-10.0 - 0.3 - scenario.objective.penalty)
+
+
 def test_exact_is_the_world_itself() -> None:
     scenario, states = make_scenario(2), root(make_scenario(2), 3)
     command = np.array([[[[18.0, 0.0], [0.0, 0.0]]]])

@@ -24,7 +24,7 @@ def heads(user_next: torch.Tensor, uav_next: torch.Tensor) -> Outputs:
 
 
 def test_prediction_loss_by_hand() -> None:
-    """UAV off by 2 ways and by a hundredth of its battery; the user's way off by 3 walks (absolute), its AoI by 0.5 (squared)."""
+    """UAV off by 2 ways and a hundredth of its battery; user's way by 3 walks (absolute), its AoI by 0.5 (squared)."""
     told = heads(torch.tensor([[[3.0, 0.0, 0.5, 0.0]]]), torch.tensor([[[2.0, 0.0, 0.01]]]))
     loss = prediction_loss(told, torch.zeros(1, 1, 3), torch.zeros(1, 1, 4), torch.ones(1, 1), torch.ones(1, 1))
     torch.testing.assert_close(

@@ -56,8 +56,8 @@ def table_iii(grid: Grid, cells: Cells) -> Iterator[str]:
     yield from _compared(grid, grid.ablations, cells)
     yield f"## Table III with the paper's own search, N = {PAPER_DEPTH}"
     yield (
-        "Nine actions, learned value (Eq. 13-14). Without prediction it searches the world's own physics with users that "
-        "stay; without RGCN its network was trained without it."
+        "Nine actions, learned value (Eq. 13-14). Without prediction it searches the world's own physics with users "
+        "that stay; without RGCN its network was trained without it."
     )
     yield from _compared(grid, grid.tree_ablations, cells)
 
