@@ -5,7 +5,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-from policy.model.features import AOI_SCALE_SLOTS, UAV_ACTION_FEATURES, USER_AOI_COLUMN
+from policy.model.features import AOI_SCALE_SLOTS, UAV_ACTION_FEATURES, USER_AOI_COLUMN, USER_SLOTS_COLUMN
 from policy.model.rgcn import Rgcn, mlp
 from policy.model.spec import ModelSpec
 
@@ -33,6 +33,7 @@ class GcrlNetwork(nn.Module):
         self.predict_uav = mlp(width + UAV_ACTION_FEATURES, width, UAV_NEXT)  # f_1^pred
         self.predict_user = mlp(width, width, USER_NEXT)  # f_2^pred
         self.value = mlp(3 * width, width, width, 2)  # f^val
+        self.adds = nn.Parameter(torch.zeros(()))
         self.apply(_xavier)
 
     def forward(self, uav: Tensor, user: Tensor, uav_mask: Tensor, user_mask: Tensor, action: Tensor) -> Outputs:
@@ -52,17 +53,24 @@ class GcrlNetwork(nn.Module):
         """Each user's share of f^val: AoI that waits (at most all of it) plus what time adds, never below 1.
 
         A user served in every slot costs 1; one never served again costs its AoI + 1 / (1 - gamma). The value of a
-        state is minus the mean over users, so a state's value needs no fixed number of them.
+        state is minus the mean over users, so a state's value needs no fixed number of them. What waits is learned
+        beside what it would be if the nearest UAV came at once, 1 - gamma^n of the AoI for a way of n slots, and may
+        differ from it so far (``MOST``) only: values of flights that pass users by are flat, and a search on them goes
+        on passing them by.
         """
         middle = torch.cat((_mean(eta_uav, uav_mask), _mean(eta_user, user_mask)), dim=-1)
         spread = middle[:, None, :] + torch.zeros_like(eta_user[..., :1])
-        waits, adds = torch.unbind(self.value(torch.cat((eta_user, spread), dim=-1)), dim=-1)
-        share = torch.sigmoid(waits)
+        told = MOST * torch.tanh(self.value(torch.cat((eta_user, spread), dim=-1)))
+        waits, adds = torch.unbind(told, dim=-1)
+        reached = self.spec.gamma ** (user[..., USER_SLOTS_COLUMN] + IN_RANGE_SLOTS)
+        share = torch.sigmoid(waits + torch.log((1.0 - reached) / reached))
         aoi_slots = user[..., USER_AOI_COLUMN] * AOI_SCALE_SLOTS
-        return 1.0 + share * (aoi_slots - 1.0) + torch.nn.functional.softplus(adds) * ADDS_SCALE
+        return 1.0 + share * (aoi_slots - 1.0) + torch.nn.functional.softplus(self.adds + adds) * ADDS_SCALE
 
 
 ADDS_SCALE = 4.0  # slots; brings the head's outputs near one
+MOST = 0.3  # of both heads, in logits
+IN_RANGE_SLOTS = 0.5  # who is in range now may be out of it when the slot ends
 
 
 def _mean(nodes: Tensor, mask: Tensor) -> Tensor:

@@ -10,9 +10,9 @@ from policy.model.network import Outputs
 
 STANDING_WALKS = 0.25
 """In walks of a slot: errors up to 5 m count as squares."""
-WAY_WEIGHT = 10.0
+WAY_WEIGHT = 4.0
 """Of a UAV's way, in ways of a slot: where it gets decides whom it serves, a tenth of a way is 27 m of 226."""
-ENERGY_WEIGHT = 1000.0
+ENERGY_WEIGHT = 100.0
 """Of the energy spent, in batteries: a slot costs some 0.6 % of one."""
 STATE_WEIGHT = 4.0
 """Leaves are told apart by their states' values; users' shares only help to find them."""
