@@ -1,5 +1,6 @@
 """What search and agents ask of a network, whichever library runs it."""
 
+from functools import cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -10,7 +11,11 @@ from policy.model.history import StepHistory
 from policy.model.spec import ModelSpec
 from policy.model.states import StateBatch, Units, push_step
 from policy.world.arrays import FloatArray
+from policy.world.energy import propulsion_power_w
 from policy.world.state import WorldState
+
+SPEEDS = 181
+"""Looked at for the least and the most energy of a slot, from hovering to full speed."""
 
 
 class RawOutputs(NamedTuple):
@@ -98,8 +103,9 @@ class NetworkEvaluator:
 def decode_next(states: StateBatch, raw: RawOutputs, vel_command_mps: FloatArray, units: Units) -> StateBatch:
     """Heads f_1 and f_2 in real units; energy at least 0, the absent unchanged.
 
-    AoI and data stay within what a slot can do (Eq. 1-4): at least 1 and 0, at most a slot older, a slot's data more.
-    A network asked about its own answers would else drift out of what it has seen, without bounds.
+    AoI and data stay within what a slot can do (Eq. 1-4): at least 1 and 0, at most a slot older, a slot's data more;
+    energy spent within the least and the most that a slot at one speed costs. A network asked about its own answers
+    would else drift out of what it has seen, without bounds.
     """
     uav_next, user_next = raw.uav_next.astype(np.float64), raw.user_next.astype(np.float64)
     flying, present = states.uav_active, states.user_active
@@ -107,7 +113,8 @@ def decode_next(states: StateBatch, raw: RawOutputs, vel_command_mps: FloatArray
     aoi_slots = _power(user_next[..., 2], states.user_aoi_slots + 1.0)
     slot_mb = np.maximum(units.slot_data_mb, LEAST_SLOT_MB)
     data_mb = (_power(user_next[..., 3], states.user_data_mb / slot_mb + 2.0) - 1.0) * units.slot_data_mb
-    energy_j = np.maximum(states.uav_energy_j - uav_next[..., 2] * units.battery_j, 0.0)
+    spent_j = np.clip(uav_next[..., 2] * units.battery_j, *_slot_energy_j(units.max_speed_mps, units.slot_s))
+    energy_j = np.maximum(states.uav_energy_j - spent_j, 0.0)
     return StateBatch(
         uav_pos_enu_m=states.uav_pos_enu_m + np.where(flying[..., None], uav_next[..., :2] * units.reach_m, 0.0),
         uav_vel_enu_mps=np.where(flying[..., None], vel_command_mps, 0.0),
@@ -119,6 +126,13 @@ def decode_next(states: StateBatch, raw: RawOutputs, vel_command_mps: FloatArray
         user_aoi_slots=np.where(present, aoi_slots, states.user_aoi_slots),
         user_active=present,
     )
+
+
+@cache
+def _slot_energy_j(max_speed_mps: float, slot_s: float) -> tuple[float, float]:
+    """Least and most of a slot at one speed, J."""
+    used_j = slot_s * propulsion_power_w(np.linspace(0.0, max_speed_mps, SPEEDS))
+    return float(np.min(used_j)), float(np.max(used_j))
 
 
 def _power(exponent: FloatArray, most: FloatArray) -> FloatArray:

@@ -69,7 +69,7 @@ class GcrlNetwork(nn.Module):
 
 
 ADDS_SCALE = 4.0  # slots; brings the head's outputs near one
-MOST = 0.3  # of both heads, in logits
+MOST = 0.1  # of both heads, in logits
 IN_RANGE_SLOTS = 0.5  # who is in range now may be out of it when the slot ends
 
 

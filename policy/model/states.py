@@ -23,6 +23,7 @@ class Units:
     walk_m: float  # way of a walking user in a slot
     serving_radius_m: float
     max_speed_mps: float
+    slot_s: float
     battery_j: float
     turn_slots: float  # share of a slot that a full reversal takes; 0 for the paper's motion
     slot_data_mb: FloatArray  # [M] collected in one slot
@@ -35,6 +36,7 @@ class Units:
             walk_m=WALK_MPS * scenario.slot_s,
             serving_radius_m=scenario.serving_radius_m,
             max_speed_mps=scenario.max_speed_mps,
+            slot_s=scenario.slot_s,
             battery_j=scenario.battery_j,
             turn_slots=2.0 * scenario.max_speed_mps / scenario.max_accel_mps2 / scenario.slot_s,
             slot_data_mb=np.asarray(scenario.collect_mbps, dtype=np.float64) * scenario.slot_s,

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from tests_model_states import random_states, small_units
 
 from policy.model.evaluator import NetworkEvaluator, RawOutputs, decode_next
@@ -11,7 +12,7 @@ from policy.model.spec import ModelSpec
 
 
 class KnownRunner:
-    """Costs user i + 1 slots; everybody walks one walk east; energy spent is a hundredth of the battery."""
+    """Costs user i + 1 slots; everybody walks one walk east; energy spent is 0.6 % of the battery."""
 
     spec = ModelSpec(gamma=0.9)
 
@@ -21,7 +22,7 @@ class KnownRunner:
         cost = np.tile(np.arange(1, users + 1, dtype=np.float32), (batch, 1))
         user_next = np.zeros((batch, users, 4), dtype=np.float32)
         user_next[..., 0] = 1.0
-        uav_next = np.concatenate((action, np.full((batch, uavs, 1), 0.01)), axis=-1).astype(np.float32)
+        uav_next = np.concatenate((action, np.full((batch, uavs, 1), 0.006)), axis=-1).astype(np.float32)
         return RawOutputs(cost, user_next, uav_next, np.full((batch, uavs, users), 0.1, dtype=np.float32))
 
 
@@ -48,7 +49,7 @@ def test_a_predicted_state_has_the_meaning_of_a_real_one() -> None:
     command = np.broadcast_to([18.0, 0.0], states.uav_vel_enu_mps.shape)
     after = NetworkEvaluator(KnownRunner()).predict_next(states, command, units)
     np.testing.assert_allclose(after.uav_pos_enu_m - states.uav_pos_enu_m, [[[270.0, 0.0]] * 2] * 2)
-    np.testing.assert_allclose(states.uav_energy_j - after.uav_energy_j, 0.01 * units.battery_j, rtol=1e-6)
+    np.testing.assert_allclose(states.uav_energy_j - after.uav_energy_j, 0.006 * units.battery_j, rtol=1e-6)
     assert np.all(after.user_aoi_slots >= 1.0)
     assert np.all(after.user_data_mb >= 0.0)
     assert np.array_equal(after.user_pos_enu_m[:, 0], states.user_pos_enu_m[:, 0])
@@ -77,3 +78,19 @@ def test_ages_and_data_come_back_from_their_logarithms() -> None:
     np.testing.assert_allclose(after.user_data_mb[0, 1], 11.0 * 0.3, rtol=1e-5)
     np.testing.assert_allclose(after.user_aoi_slots[0, 0], 12.5, rtol=1e-6)  # a slot older, no more
     np.testing.assert_allclose(after.user_data_mb[0, 0], 11.5 * 0.3, rtol=1e-6)
+
+
+@pytest.mark.parametrize(("told", "spent_w"), [(-0.03, (120.0, 135.0)), (0.5, (160.0, 190.0))])
+def test_a_slot_costs_no_less_and_no_more_than_flying_it_can(told: float, spent_w: tuple[float, float]) -> None:
+    """Propulsion power of the paper's quadrotor: about 127 W at 10.2 m/s, 169 W hovering, the most."""
+    states, units = random_states(np.random.default_rng(1), batch=1, uavs=1, users=2), small_units(2)
+    uav_next = np.array([[[0.0, 0.0, told]]], dtype=np.float32)
+    raw = RawOutputs(
+        np.ones((1, 2), dtype=np.float32),
+        np.zeros((1, 2, 4), dtype=np.float32),
+        uav_next,
+        np.zeros((1, 1, 2), dtype=np.float32),
+    )
+    after = decode_next(states, raw, np.zeros((1, 1, 2)), units)
+    spent = float(states.uav_energy_j[0, 0] - after.uav_energy_j[0, 0]) / units.slot_s
+    assert spent_w[0] <= spent <= spent_w[1]
