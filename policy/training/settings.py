@@ -27,7 +27,7 @@ class TrainSettings:
     learning_rate: float = 1e-3
     final_learning_rate_share: float = 0.1  # ours: falls linearly to this share over the run
     batch_size: int = 128
-    updates_per_episode: int = 16  # ours: Algorithm 1 updates in every slot, on one sample
+    updates_per_episode: int = 8  # ours: Algorithm 1 updates in every slot, on one sample
     n_step: int = 10  # ours: rewards summed before the target network's value (Eq. 16 has one)
     target_every: int = 100  # updates between copies into the target network
     replay_episodes: int = 300
