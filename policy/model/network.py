@@ -62,7 +62,7 @@ class GcrlNetwork(nn.Module):
         spread = middle[:, None, :] + torch.zeros_like(eta_user[..., :1])
         told = MOST * torch.tanh(self.value(torch.cat((eta_user, spread), dim=-1)))
         waits, adds = torch.unbind(told, dim=-1)
-        reached = self.spec.gamma ** (user[..., USER_SLOTS_COLUMN] + IN_RANGE_SLOTS)
+        reached = self.spec.gamma ** (torch.clamp(user[..., USER_SLOTS_COLUMN], min=0.0) + IN_RANGE_SLOTS)
         share = torch.sigmoid(waits + torch.log((1.0 - reached) / reached))
         aoi_slots = user[..., USER_AOI_COLUMN] * AOI_SCALE_SLOTS
         return 1.0 + share * (aoi_slots - 1.0) + torch.nn.functional.softplus(self.adds + adds) * ADDS_SCALE
