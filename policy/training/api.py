@@ -7,6 +7,7 @@ written beside and renamed, so an interrupted run leaves its last good checkpoin
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from policy.model.export import export_onnx
 from policy.model.network import GcrlNetwork
 from policy.model.torch_runner import TorchRunner
 from policy.model.weights import save_weights
+from policy.search.paper_tree import TreeSettings
 from policy.training.card import git_commit, write_card
 from policy.training.collect import fly_episode
 from policy.training.curve import curve_point, save_curve
@@ -35,6 +37,9 @@ from policy.world.scenario import Scenario
 from policy.world.transition import step
 
 __all__ = ["TrainProgress", "TrainSettings", "TrainingError", "TrainingStoppedError", "train"]
+
+ROOT_CHILDREN = 3
+"""Half of what flies: the best joint action is seldom missed, and an episode costs a third less."""
 
 
 def train(
@@ -126,7 +131,8 @@ class _Run:
 
     def _agent(self) -> GcrlAgent:
         """Lines 4 to 10 of Algorithm 1, the network as it is now: what it shall judge is what its own search meets."""
-        settings = GcrlSettings.paper(self._settings.search_depth)
+        depth = self._settings.search_depth
+        settings = replace(GcrlSettings.paper(depth), tree=TreeSettings(depth, root_children=ROOT_CHILDREN))
         if self.episode < self._settings.warmup_episodes:
             settings = GcrlSettings.for_warmup(self._settings.horizon_slots, self._settings.beam)
         return GcrlAgent(settings, NetworkEvaluator(TorchRunner(self._learner.network)))
