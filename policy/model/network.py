@@ -33,7 +33,7 @@ class GcrlNetwork(nn.Module):
         self.predict_uav = mlp(width + UAV_ACTION_FEATURES, width, UAV_NEXT)  # f_1^pred
         self.predict_user = mlp(width, width, USER_NEXT)  # f_2^pred
         self.value = mlp(3 * width, width, width, 2)  # f^val
-        self.adds = nn.Parameter(torch.zeros(()))
+        self.adds = nn.Parameter(torch.zeros(()))  # what time adds for everybody; the value tells who differs
         self.apply(_xavier)
 
     def forward(self, uav: Tensor, user: Tensor, uav_mask: Tensor, user_mask: Tensor, action: Tensor) -> Outputs:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from policy.model.spec import ModelSpec
+from policy.search.paper_tree import DEEPEST
 
 
 class TrainingError(RuntimeError):
@@ -50,6 +51,8 @@ class TrainSettings:
         for name in counts.split():
             if getattr(self, name) < 1:
                 raise ValueError(f"{name} must be at least 1, not {getattr(self, name)}")
+        if self.search_depth > DEEPEST:
+            raise ValueError(f"search_depth must be from 1 to {DEEPEST}, not {self.search_depth}")
         if not 0.0 <= self.explore_end <= self.explore_start <= 1.0:
             raise ValueError("exploration must fall within [0, 1]: 0 <= explore_end <= explore_start <= 1")
         if not self.learning_rate > 0.0 or not 0.0 < self.final_learning_rate_share <= 1.0:

@@ -129,15 +129,21 @@ def test_a_campaign_that_was_aborted_names_the_drone_that_it_left_up() -> None:
     assert "in mode ALTCTL" in last.campaign.reason
 
 
-def test_a_drone_that_cannot_land_for_one_that_hangs_below_it_says_so() -> None:
-    """The lower one was sent home by an order of its own and stopped over the pads: nobody but a person moves it."""
-    flight = Flight()
+def stopped_over_the_pads(flight: Flight) -> FakeVehicle:
+    """Drone 2, which its own pilot stopped below where drone 1 comes home."""
     flight.start()
     flight.until_slot(1)
     stray = flight.vehicles[1]
     stray.mode, stray.mode_name = FlightMode.PILOT, "BRAKE"
     wait(flight, 1.0)
     stray.east_m, stray.north_m, stray.alt_m = 804.0, 700.0, 115.0
+    return stray
+
+
+def test_a_drone_that_cannot_land_for_one_that_hangs_below_it_says_so() -> None:
+    """The lower one was sent home by an order of its own and stopped over the pads: nobody but a person moves it."""
+    flight = Flight()
+    stray = stopped_over_the_pads(flight)
     flight.ask(RequestKind.ABORT)
     flight.until(lambda s: "drone.waits" in flight.journal.kinds())
     wait(flight, 30.0)
@@ -175,12 +181,7 @@ def test_a_drone_never_comes_down_on_one_that_hangs_below_it_however_long_that_t
 def test_one_that_is_not_heard_any_more_is_not_waited_for_without_end() -> None:
     """It was last seen below the pad; where it is now nobody knows, and batteries end."""
     flight = Flight()
-    flight.start()
-    flight.until_slot(1)
-    stray = flight.vehicles[1]
-    stray.mode, stray.mode_name = FlightMode.PILOT, "BRAKE"
-    wait(flight, 1.0)
-    stray.east_m, stray.north_m, stray.alt_m = 804.0, 700.0, 115.0
+    stray = stopped_over_the_pads(flight)
     wait(flight, 1.0)
     stray.silent = True
     flight.ask(RequestKind.ABORT)

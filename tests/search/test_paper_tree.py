@@ -157,9 +157,7 @@ def test_learned_next_states_are_the_network_s_of_each_joint_action(kind: str) -
     """f_1 and f_2 by ``predict_next`` for each joint action by itself; the reward is Eq. 8 by Def. 1 and 2 there."""
     scenario, evaluator = make_scenario(2, users=9, side_m=900.0), load_evaluator()
     units, states = Units.of(scenario), root(scenario, 4)
-    pair = StateBatch(
-        *(np.concatenate((array, array[:, ::-1] if array.ndim == 4 else array)) for array in vars(states).values())
-    )
+    pair = take(states, np.array([0, 0]))
     moved = replace(pair, uav_pos_enu_m=pair.uav_pos_enu_m + np.array([[[0.0, 0.0]], [[150.0, -90.0]]]))
     vel = paper_actions(18.0).vel_enu_mps
     commands = np.stack([vel[[[0, 3], [1, 1], [8, 2]]], vel[[[4, 4], [5, 0], [2, 7]]]])

@@ -17,6 +17,8 @@ def test_exploration_and_rate_fall_to_their_ends() -> None:
     [
         {"episodes": 0},
         {"beam": 0},
+        {"search_depth": 0},
+        {"search_depth": 6},
         {"explore_end": 0.5},
         {"learning_rate": 0.0},
         {"learning_rate": float("nan")},
