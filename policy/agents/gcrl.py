@@ -113,8 +113,13 @@ class GcrlAgent:
         if self._pilot is not None:
             now = stack_states([state], steps_m)
             decision = self._pilot.decide(now)
-            told = self._explain(now, self._evaluator.predict_users(now, self._units))
-            return replace(decision, explanation={**decision.explanation, **told})
+            told = Explanation(
+                lambda: {
+                    **decision.explanation,
+                    **self._explain(now, self._evaluator.predict_users(now, self._units)),
+                }
+            )
+            return replace(decision, explanation=told)
         predicted_m, blur_m = self._users_ahead(state, steps_m)
         problem = make_problem(self._scenario, self._moves, state, self._search, predicted_m, blur_m)
         leaf = _LeafValue(self._evaluator, self._units) if self._settings.use_value else None

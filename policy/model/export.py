@@ -1,4 +1,4 @@
-"""The network as an ONNX graph with batch, UAVs and users left open."""
+"""The network as an ONNX graph with batch, UAVs, users and actions left open."""
 
 import contextlib
 import json
@@ -22,11 +22,16 @@ OPSET = 18
 
 
 def export_onnx(network: GcrlNetwork, path: Path) -> None:
-    """Write the graph with the network's description inside; weights are embedded (one file)."""
+    """Write :func:`onnx_graph` to a file."""
+    write_atomically(path, onnx_graph(network))
+
+
+def onnx_graph(network: GcrlNetwork) -> bytes:
+    """The graph with the network's weights and description inside."""
     graph = onnx.ModelProto.FromString(_template(network.spec))
     _fill(graph, network.state_dict())
     onnx.helper.set_model_props(graph, {SPEC_KEY: json.dumps(network.spec.to_json())})
-    write_atomically(path, graph.SerializeToString())
+    return bytes(graph.SerializeToString())
 
 
 @lru_cache(maxsize=8)
@@ -49,13 +54,13 @@ def _fill(graph: onnx.ModelProto, weights: Mapping[str, torch.Tensor]) -> None:
 
 
 def _graph(network: GcrlNetwork) -> onnx.ModelProto:
-    batch, uavs, users = (torch.export.Dim(name, min=1) for name in ("batch", "uavs", "users"))
+    batch, uavs, users, actions = (torch.export.Dim(name, min=1) for name in ("batch", "uavs", "users", "actions"))
     axes = {
         "uav": {0: batch, 1: uavs},
         "user": {0: batch, 1: users},
         "uav_mask": {0: batch, 1: uavs},
         "user_mask": {0: batch, 1: users},
-        "action": {0: batch, 1: uavs},
+        "action": {0: batch, 1: uavs, 2: actions},
     }
     program = torch.onnx.export(
         network.eval(),
@@ -87,11 +92,11 @@ def _quiet_exporter() -> Iterator[None]:
 
 
 def _example() -> tuple[torch.Tensor, ...]:
-    batch, uavs, users = 3, 2, 5
+    batch, uavs, users, actions = 3, 2, 5, 4
     return (
         torch.zeros(batch, uavs, UAV_FEATURES),
         torch.zeros(batch, users, USER_FEATURES),
         torch.ones(batch, uavs),
         torch.ones(batch, users),
-        torch.zeros(batch, uavs, UAV_ACTION_FEATURES),
+        torch.zeros(batch, uavs, actions, UAV_ACTION_FEATURES),
     )

@@ -24,7 +24,8 @@ USER_LOG_AOI_COLUMN, USER_AOI_COLUMN, USER_LOG_DATA_COLUMN, USER_SLOTS_COLUMN = 
     columns + 2 * STEPS for columns in (2, 3, 4, 8)
 )
 UAV_ACTION_FEATURES = 2
-FEATURE_VERSION = 2
+FEATURE_VERSION = 3
+"""Of what the network reads and in which order: weights of another one mean something else."""
 
 AOI_SCALE_SLOTS = 30.0
 LEAST_SLOT_MB = 1e-6  # a user who collects nothing has nothing

@@ -24,6 +24,10 @@ class ModelSpec:
     def __post_init__(self) -> None:
         if self.similarity not in SIMILARITIES:
             raise ValueError(f"similarity {self.similarity!r} is unknown: choose one of {', '.join(SIMILARITIES)}")
+        if self.feature_version != FEATURE_VERSION:
+            raise ValueError(
+                f"the network reads features of version {self.feature_version}, this version gives {FEATURE_VERSION}"
+            )
         if self.width < 1 or self.layers < 0 or not 0.0 < self.gamma < 1.0:
             raise ValueError(f"no network has width {self.width}, {self.layers} layers and gamma {self.gamma}")
 

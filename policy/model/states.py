@@ -66,8 +66,8 @@ class StateBatch:
         return int(self.uav_pos_enu_m.shape[0])
 
 
-def take(states: StateBatch, rows: IntArray) -> StateBatch:
-    """Rows of a batch, repeated as often as named."""
+def take(states: StateBatch, rows: IntArray | slice) -> StateBatch:
+    """Rows of a batch, repeated as often as named; a slice copies nothing."""
     return StateBatch(**{f.name: getattr(states, f.name)[rows] for f in fields(StateBatch)})
 
 

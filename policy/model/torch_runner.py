@@ -15,7 +15,7 @@ class TorchRunner:
         self.spec = network.spec
 
     def run(self, features: Features, action: Float32Array) -> RawOutputs:
-        """Features and actions [B, U, 2] -> heads."""
+        """Features and actions [B, U, A, 2] -> heads."""
         arrays = (features.uav, features.user, features.uav_mask, features.user_mask, action)
         device = next(self._network.parameters()).device
         with torch.inference_mode():

@@ -27,8 +27,10 @@ def load_weights(path: Path, expected: ModelSpec | None = None) -> GcrlNetwork:
         with safe_open(path, framework="pt") as file:
             spec = ModelSpec.from_json(json.loads((file.metadata() or {}).get(SPEC_KEY, "{}")))
             tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - no mapping
-    except (SafetensorError, ValueError, OSError) as error:
+    except (SafetensorError, OSError) as error:
         raise CheckpointError(f"{path}: not a checkpoint that can be read ({error}); copy it again") from None
+    except ValueError as error:
+        raise CheckpointError(f"{path}: {error}; train it again with this version") from None
     if expected is not None and spec != expected:
         raise CheckpointError(f"{path}: holds {spec}, asked for is {expected}; train again or change the settings")
     return _fill(GcrlNetwork(spec), tensors, path)

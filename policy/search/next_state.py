@@ -76,7 +76,7 @@ class Learned:
     def __call__(self, states: StateBatch, vel_command_mps: FloatArray) -> tuple[StateBatch, FloatArray]:
         """States [B], commands [B, C, U, 2] -> next states [B C], rewards [B, C]."""
         start, _ = _each(states, vel_command_mps)
-        predicted = self._predict(states, vel_command_mps)
+        predicted = self._evaluator.predict_next(states, vel_command_mps, self._units)
         ran_empty = start.uav_active & (predicted.uav_energy_j <= 0.0)
         predicted = replace(predicted, uav_active=start.uav_active & ~ran_empty)
         before = world_state(start)
@@ -88,23 +88,6 @@ class Learned:
         outcome = Outcome(served, start.uav_energy_j - predicted.uav_energy_j, nobody, nobody, ran_empty)
         earned = np.asarray(reward(self._scenario, before, world_state(known), outcome))
         return predicted if self._printed else known, earned.reshape(vel_command_mps.shape[:2])
-
-    def _predict(self, states: StateBatch, vel_command_mps: FloatArray) -> StateBatch:
-        """Eq. 12 for [B, C, U, 2]. f_1 knows a UAV's own action only: it is asked once for each, not jointly."""
-        nodes, count, uavs = vel_command_mps.shape[:3]
-        single_mps, which = np.unique(vel_command_mps.reshape(-1, 2), axis=0, return_inverse=True)
-        kinds = single_mps.shape[0]
-        same = np.broadcast_to(single_mps[None, :, None], (nodes, kinds, uavs, 2))
-        told = self._evaluator.predict_next(*_each(states, same), self._units)
-        node = np.arange(nodes)[:, None, None] * kinds
-        rows = (node + which.reshape(nodes, count, uavs)).reshape(nodes * count, uavs)
-        uav = np.arange(uavs)
-        return replace(
-            take(told, rows[:, 0]),  # users go the same way whatever is commanded
-            uav_pos_enu_m=told.uav_pos_enu_m[rows, uav],
-            uav_vel_enu_mps=told.uav_vel_enu_mps[rows, uav],
-            uav_energy_j=told.uav_energy_j[rows, uav],
-        )
 
 
 class LearnedValue:

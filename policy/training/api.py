@@ -20,9 +20,9 @@ from policy.evaluation.rollout import SlotPhysics
 from policy.model.checkpoint import CheckpointFiles
 from policy.model.checkpoint_error import CheckpointError
 from policy.model.evaluator import NetworkEvaluator
-from policy.model.export import export_onnx
+from policy.model.export import export_onnx, onnx_graph
 from policy.model.network import GcrlNetwork
-from policy.model.torch_runner import TorchRunner
+from policy.model.onnx_runner import OnnxRunner
 from policy.model.weights import save_weights
 from policy.search.paper_tree import TreeSettings
 from policy.training.card import git_commit, write_card
@@ -130,12 +130,15 @@ class _Run:
         return told
 
     def _agent(self) -> GcrlAgent:
-        """Lines 4 to 10 of Algorithm 1, the network as it is now: what it shall judge is what its own search meets."""
+        """Lines 4 to 10 of Algorithm 1, the network as it is now: what it shall judge is what its own search meets.
+
+        It flies as the graph that ships: a decision's few states take half as long as by torch.
+        """
         depth = self._settings.search_depth
         settings = replace(GcrlSettings.paper(depth), tree=TreeSettings(depth, root_children=ROOT_CHILDREN))
         if self.episode < self._settings.warmup_episodes:
             settings = GcrlSettings.for_warmup(self._settings.horizon_slots, self._settings.beam)
-        return GcrlAgent(settings, NetworkEvaluator(TorchRunner(self._learner.network)))
+        return GcrlAgent(settings, NetworkEvaluator(OnnxRunner(onnx_graph(self._learner.network))))
 
     def _learn(self, rng: np.random.Generator) -> None:
         settings = self._settings

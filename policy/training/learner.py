@@ -75,9 +75,10 @@ class Learner:
         )
 
     def _run(self, network: GcrlNetwork, features: Features, action: Float32Array) -> Outputs:
-        arrays = (features.uav, features.user, features.uav_mask, features.user_mask, action)
+        """Heads for the one action [B, U, 2] that was flown, ``uav_next`` [B, U, 3]."""
+        arrays = (features.uav, features.user, features.uav_mask, features.user_mask, action[:, :, None])
         heads: Outputs = network(*(self._tensor(array) for array in arrays))
-        return heads
+        return heads._replace(uav_next=heads.uav_next[:, :, 0])
 
     def _tensor(self, array: Float32Array) -> Tensor:
         return torch.from_numpy(array).to(self._device)

@@ -40,14 +40,14 @@ def test_both_answer_alike_for_any_number_of_uavs_and_users(
     rng = np.random.default_rng(0)
     for batch, uavs, users in SIZES:
         features = random_features(rng, batch, uavs, users)
-        action = rng.uniform(-1.0, 1.0, (batch, uavs, 2)).astype(np.float32)
+        action = rng.uniform(-1.0, 1.0, (batch, uavs, int(rng.integers(1, 5)), 2)).astype(np.float32)
         for ours, theirs in zip(exported.run(features, action), trained.run(features, action), strict=True):
             np.testing.assert_allclose(ours, theirs, rtol=1e-4, atol=1e-4)
 
 
 def test_a_graph_is_traced_once_and_has_each_networks_own_weights(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
-    features, action = random_features(rng, 1, 2, 7), np.zeros((1, 2, 2), np.float32)
+    features, action = random_features(rng, 1, 2, 7), np.zeros((1, 2, 1, 2), np.float32)
     answers = []
     for seed in (1, 2):
         torch.manual_seed(seed)

@@ -12,7 +12,7 @@ from policy.model.spec import SIMILARITIES, ModelSpec
 
 
 def run(network: GcrlNetwork, features: Features) -> Outputs:
-    action = np.zeros((*features.uav.shape[:2], 2), dtype=np.float32)
+    action = np.zeros((*features.uav.shape[:2], 1, 2), dtype=np.float32)
     arrays = (features.uav, features.user, features.uav_mask, features.user_mask, action)
     with torch.no_grad():
         return network(*(torch.from_numpy(array) for array in arrays))
@@ -86,3 +86,15 @@ def test_a_user_costs_at_least_one_slot_of_age() -> None:
     for seed in range(5):
         heads = run(network, random_features(np.random.default_rng(seed), batch=4, uavs=2, users=9))
         assert torch.all(heads.user_cost_slots >= 1.0)
+
+
+def test_a_uav_flies_as_commanded_but_for_what_is_learned() -> None:
+    torch.manual_seed(6)
+    network = GcrlNetwork(ModelSpec())
+    torch.nn.init.zeros_(network.predict_uav[-1].weight)
+    features = random_features(np.random.default_rng(0), batch=2, uavs=2, users=6)
+    action = torch.rand(2, 2, 4, 2)
+    arrays = (features.uav, features.user, features.uav_mask, features.user_mask)
+    heads: Outputs = network(*(torch.from_numpy(array) for array in arrays), action)
+    torch.testing.assert_close(heads.uav_next[..., :2], action)
+    assert torch.all(heads.uav_next[..., 2] == 0.0)

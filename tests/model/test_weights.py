@@ -1,3 +1,4 @@
+import json
 from pathlib import Path
 
 import pytest
@@ -5,6 +6,7 @@ import torch
 from safetensors.torch import save_file
 
 from policy.model.checkpoint_error import CheckpointError
+from policy.model.features import FEATURE_VERSION
 from policy.model.network import GcrlNetwork
 from policy.model.onnx_runner import SPEC_KEY
 from policy.model.spec import ModelSpec
@@ -29,9 +31,19 @@ def test_another_shape_is_one_clear_line(tmp_path: Path) -> None:
 
 def test_weights_that_do_not_fit_their_description_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "w.safetensors"
-    spec = '{"width": 8, "layers": 2, "similarity": "gaussian", "use_rgcn": true, "gamma": 0.95, "feature_version": 1}'
-    save_file({"a": torch.zeros(2)}, path, {SPEC_KEY: spec})
+    save_file({"a": torch.zeros(2)}, path, {SPEC_KEY: json.dumps(ModelSpec(width=8).to_json())})
     with pytest.raises(CheckpointError, match="another shape") as refusal:
+        load_weights(path)
+    assert "\n" not in str(refusal.value)
+
+
+def test_weights_that_read_other_features_are_refused(tmp_path: Path) -> None:
+    """Of the same shape, they would mean something else."""
+    path = tmp_path / "w.safetensors"
+    network = GcrlNetwork(ModelSpec(width=8))
+    older = network.spec.to_json() | {"feature_version": FEATURE_VERSION - 1}
+    save_file(network.state_dict(), path, {SPEC_KEY: json.dumps(older)})
+    with pytest.raises(CheckpointError, match=f"features of version {FEATURE_VERSION - 1}.*train it again") as refusal:
         load_weights(path)
     assert "\n" not in str(refusal.value)
 

@@ -164,7 +164,7 @@ def test_learned_next_states_are_the_network_s_of_each_joint_action(kind: str) -
     after, earned = next_state(kind, scenario, evaluator, units)(moved, commands)
     for node, choice in itertools.product(range(2), range(3)):
         alone = take(moved, np.array([node]))
-        told = evaluator.predict_next(alone, commands[node, choice][None], units)
+        told = evaluator.predict_next(alone, commands[node, choice][None, None], units)
         row = take(after, np.array([3 * node + choice]))
         for name in ("uav_pos_enu_m", "uav_vel_enu_mps", "uav_energy_j", "user_pos_enu_m", "user_steps_m"):
             np.testing.assert_allclose(getattr(row, name), getattr(told, name), rtol=1e-5, atol=1e-3, err_msg=name)
