@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from policy.model.states import STEPS, StateBatch, Units
+from policy.model.user_rows import Crowd, Scales, user_rows
 from policy.world.arrays import FloatArray
-from policy.world.geometry import pairwise_distance_m
 
 Float32Array: TypeAlias = npt.NDArray[np.float32]
 
@@ -81,35 +81,18 @@ def _uav_features(states: StateBatch, units: Units, middle_m: FloatArray) -> Flo
 
 
 def _user_features(states: StateBatch, units: Units, middle_m: FloatArray) -> Float32Array:
-    to_nearest, nearest, second = _ways_to_uavs(states, units)
-    radius = units.serving_radius_m / units.reach_m
-    steps = states.user_steps_m.reshape(*states.user_steps_m.shape[:2], 2 * STEPS)
-    columns = (
-        (states.user_pos_enu_m - middle_m) / units.reach_m,
-        np.clip(steps / units.walk_m, -MAX_WALKS, MAX_WALKS),
-        (np.log(np.maximum(states.user_aoi_slots, 1.0)) / np.log(AOI_SCALE_SLOTS))[..., None],
-        (states.user_aoi_slots / AOI_SCALE_SLOTS)[..., None],
-        (np.log1p(states.user_data_mb / np.maximum(units.slot_data_mb, LEAST_SLOT_MB)) / np.log(AOI_SCALE_SLOTS))[
-            ..., None
-        ],
-        to_nearest,
-        nearest[..., None],
-        np.maximum(nearest - radius, 0.0)[..., None],
-        np.maximum(second - radius, 0.0)[..., None],
-        np.full((*nearest.shape, 1), radius),
+    whole = np.ascontiguousarray  # one compiled form for all
+    crowd = Crowd(
+        user_m=whole(states.user_pos_enu_m),
+        steps_m=whole(states.user_steps_m),
+        aoi_slots=whole(states.user_aoi_slots),
+        data_mb=whole(states.user_data_mb),
+        uav_m=whole(states.uav_pos_enu_m),
+        flies=whole(states.uav_active),
+        middle_m=whole(middle_m),
+        slot_mb=np.maximum(units.slot_data_mb, LEAST_SLOT_MB),
     )
-    return np.concatenate(columns, axis=-1).astype(np.float32)
-
-
-def _ways_to_uavs(states: StateBatch, units: Units) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """In slots' ways: vector to the nearest flying UAV [B, M, 2], its length, the second's distance [B, M]."""
-    distance = pairwise_distance_m(states.uav_pos_enu_m, states.user_pos_enu_m) / units.reach_m
-    distance = np.minimum(np.where(states.uav_active[..., None], distance, FAR), FAR)
-    index = np.argmin(distance, axis=1)
-    place_m = np.take_along_axis(states.uav_pos_enu_m, index[..., None], axis=1)
-    vector = (place_m - states.user_pos_enu_m) / units.reach_m
-    nearest = np.take_along_axis(distance, index[:, None, :], axis=1)[:, 0, :]
-    vector = np.where((nearest < FAR)[..., None], vector, 0.0)
-    if distance.shape[1] == 1:
-        return vector, nearest, np.full_like(nearest, FAR)
-    return vector, nearest, np.partition(distance, 1, axis=1)[:, 1, :]
+    scales = Scales(
+        units.reach_m, units.walk_m, units.serving_radius_m / units.reach_m, MAX_WALKS, AOI_SCALE_SLOTS, FAR
+    )
+    return user_rows(crowd, scales)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from policy.search.compiled import compiled
+from policy.model.compiled import compiled
 from policy.search.moves import MoveTable, Walls
 from policy.search.problem import Effort, Float32Array, Prices, Start, Users
 from policy.world.arrays import BoolArray, FloatArray, IntArray

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from policy.search.compiled import compiled
+from policy.model.compiled import compiled
 from policy.search.kernel import NO_MOVE, Draft, Scene
 from policy.search.moves import Walls
 from policy.search.problem import VECTOR, Float32Array, Prices, Users

@@ -62,3 +62,19 @@ def test_a_uav_that_does_not_fly_reaches_nobody(states: StateBatch, units: Units
 
 def test_actions_in_units_of_the_greatest_speed(units: Units) -> None:
     np.testing.assert_allclose(action_features(np.array([[[18.0, -9.0]]]), units), [[[1.0, -0.5]]])
+
+
+def test_the_nearest_and_the_second_of_those_that_fly_count() -> None:
+    """Five UAVs at random against their sorted distances; one of them, the nearest, is down."""
+    states, units = random_states(np.random.default_rng(3), batch=4, uavs=5, users=7), small_units(7)
+    distance_m = np.linalg.norm(states.uav_pos_enu_m[:, :, None] - states.user_pos_enu_m[:, None], axis=-1)
+    active = np.full((4, 5), True)
+    active[:, 0] = False
+    place_m = states.uav_pos_enu_m.copy()
+    place_m[:, 0] = states.user_pos_enu_m[:, 0]
+    user = make_features(replace(states, uav_active=active, uav_pos_enu_m=place_m), units).user
+    ordered = np.sort(distance_m[:, 1:], axis=1) / units.reach_m
+    radius = units.serving_radius_m / units.reach_m
+    np.testing.assert_allclose(user[..., -4], np.minimum(ordered[:, 0], FAR), rtol=1e-5)
+    np.testing.assert_allclose(user[..., -3], np.maximum(np.minimum(ordered[:, 0], FAR) - radius, 0.0), atol=1e-5)
+    np.testing.assert_allclose(user[..., -2], np.maximum(np.minimum(ordered[:, 1], FAR) - radius, 0.0), atol=1e-5)
