@@ -58,6 +58,7 @@ def add_parser(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") 
     parser.add_argument(
         "--workers", type=whole(1, 1024), default=os.cpu_count() or 1, metavar="N", help="processes (default: cores)"
     )
+    parser.add_argument("--kept", action="store_true", help="fly nothing: a page of what DIR holds already")
     parser.add_argument("--ray", metavar="ADDRESS", help='a Ray cluster, or "local" for Ray on this machine')
     parser.set_defaults(run=run)
 
@@ -69,14 +70,15 @@ def run(options: argparse.Namespace) -> None:
     setting = _setting(options)
     store = CellStore.create(options.out)
     tasks = make_tasks(setting.grid.points(), setting.campuses, setting.grid.extent.seeds)
-    flown = _do("campaigns", tasks, store, lambda jobs: _campaigns(jobs, options))
-    relations, weighed = _relations(setting, store, options.workers)
-    timings, timed = _timings(setting, store)
+    flown = _do("campaigns", tasks, store, lambda jobs: _campaigns(jobs, options), options.kept)
+    relations, weighed = _relations(setting, store, options)
+    timings, timed = _timings(setting, store, options)
     found = Findings(
         grid=setting.grid,
         campuses=tuple(setting.campuses.values()),
         absent=setting.absent,
         cells=collect(tasks, store),
+        lacking=len(lacking(tasks, store)),
         timings=timings,
         provenance=Provenance.now(_command(), datetime.now(UTC).isoformat(timespec="seconds")),
         quick=options.quick,
@@ -136,11 +138,15 @@ def _ray(jobs: Sequence[Job], options: argparse.Namespace) -> Iterable[Outcome]:
         raise CommandError(str(error)) from error
 
 
-def _relations(setting: _Setting, store: CellStore, workers: int) -> tuple[Kept, Sweep]:
+def _relations(setting: _Setting, store: CellStore, options: argparse.Namespace) -> tuple[Kept, Sweep]:
     method = setting.grid.attending
     campuses = setting.campuses.values() if "relations" in setting.grid.sections else ()
     jobs = [make_relations(campus, method) for campus in campuses] if isinstance(method, Method) else []
-    done = _do("relation weights", jobs, store, lambda todo: in_processes(todo, weigh_relations, workers))
+
+    def weigh(todo: Sequence[Job]) -> Iterable[Outcome]:
+        return in_processes(todo, weigh_relations, options.workers)
+
+    done = _do("relation weights", jobs, store, weigh, options.kept)
     return _by_campus(jobs, store), done
 
 
@@ -149,12 +155,12 @@ def _by_campus(jobs: Iterable[RelationsTask | TimingTask], store: CellStore) -> 
     return {campus: told for campus, told in kept.items() if told is not None}
 
 
-def _timings(setting: _Setting, store: CellStore) -> tuple[Kept, Sweep]:
+def _timings(setting: _Setting, store: CellStore, options: argparse.Namespace) -> tuple[Kept, Sweep]:
     """Always in one plain process, after the campaigns: nothing may run beside it."""
     grid = setting.grid
     campuses = setting.campuses.values() if "table2" in grid.sections else ()
     jobs = [make_timing(c, _timed(grid, c.name), grid.extent.timed_slots, machine()) for c in campuses]
-    done = _do("decision times", jobs, store, lambda todo: in_processes(todo, time_decisions, 1))
+    done = _do("decision times", jobs, store, lambda todo: in_processes(todo, time_decisions, 1), options.kept)
     return _by_campus(jobs, store), done
 
 
@@ -163,9 +169,11 @@ def _timed(grid: Grid, campus: str) -> list[tuple[str, Method]]:
     return [(name, method.for_seed(0)) for name, method in there if isinstance(method, Method)]
 
 
-def _do(title: str, jobs: Sequence[Job], store: CellStore, do: Do) -> Sweep:
-    """With a progress bar, or a line every tenth of the way where there is no terminal."""
+def _do(title: str, jobs: Sequence[Job], store: CellStore, do: Do, only_kept: bool) -> Sweep:
+    """With a progress bar, or a line every tenth of the way where there is no terminal; nothing if ``only_kept``."""
     total = len(lacking(jobs, store))
+    if only_kept:
+        return Sweep(0, len(jobs) - total, ())
     with progress_bar(title, total) as advance:
         count = 0
 

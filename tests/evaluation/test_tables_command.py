@@ -75,6 +75,17 @@ def test_only_the_depths_asked_for_are_flown(tmp_path, capsys, tiny):
     assert "missing" not in rows[1]
 
 
+def test_a_page_of_what_is_there_flies_nothing(tmp_path, capsys, tiny):
+    out, only = tmp_path / "out", ["--only", "methods", "--missions", str(tiny), "--policies", "random"]
+    assert run(capsys, *only, "--seeds", "1", "--out", str(out), "--workers", "1")[0] == 0
+    cells = sorted((out / "cells").glob("*.json"))
+    assert "not flown" not in (out / "README.md").read_text()
+    code, said, _ = run(capsys, *only, "--seeds", "3", "--out", str(out), "--kept")
+    assert (code, said.split(";")[0]) == (0, f"0 campaigns flown, 2 found in {out}")
+    assert sorted((out / "cells").glob("*.json")) == cells
+    assert "**4 campaigns were not flown**" in (out / "README.md").read_text()
+
+
 def test_the_newest_of_a_cell_flown_twice_counts(tmp_path, capsys, tiny):
     out = tmp_path / "out"
     run(capsys, "--only", "methods", "--missions", str(tiny), "--policies", "random", "--seeds", "1", "--out", str(out))

@@ -37,6 +37,7 @@ class Findings:
     provenance: Provenance
     quick: bool
     relations: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # by campus, see ``relations.py``
+    lacking: int = 0  # campaigns that were not flown
 
 
 def write_report(out: Path, found: Findings) -> list[Path]:
@@ -80,6 +81,8 @@ def _head(found: Findings) -> Iterator[str]:
         *(f"- {name}: not flown, {absent.reason}" for name, absent in found.absent.items()),
         *_networks(found.grid),
     ]
+    if found.lacking:
+        items.append(f"- **{found.lacking} campaigns were not flown**: figures stand on the rest, without ± on one")
     yield "Written by `python -m policy tables`; `docs/tables.md` says how to read and repeat it."
     yield "\n".join(items)
     if found.quick:
