@@ -8,10 +8,11 @@ path: the better one stays. The kept path ("trail") always survives, so the sear
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from policy.model.compiled import compiled
 from policy.search.moves import MoveTable, Walls
-from policy.search.problem import Effort, Float32Array, Prices, Start, Users
+from policy.search.problem import VECTOR, Effort, Float32Array, Prices, Start, Users
 from policy.world.arrays import BoolArray, FloatArray, IntArray
 
 NO_MOVE = -1
@@ -21,8 +22,10 @@ HALF = np.float32(0.5)
 BINS = 256
 LEAST_RANGE = 1e-9  # of ranks, for bins to tell them apart
 SHORTLIST = 3  # candidates looked at for each one kept; the rest are duplicates
-HASH_STEP = np.int64(6364136223846793005)  # Knuth's multiplier (MMIX)
-HASH_SPREAD = np.int64(1442695040888963407)
+SPARE = 8  # candidates beside those kept that are sorted at first: duplicates are few
+CELLS = 2**20  # more than there are along an area, or velocities
+SAME_M = 1e-6  # places that differ by less are one, reached in another order of moves
+SLACK_M = np.float32(0.01)  # more than float32 rounds distances by
 
 
 class Scene(NamedTuple):
@@ -74,21 +77,45 @@ class Rounds(NamedTuple):
 
 
 class Layer(NamedTuple):
-    """K nodes of one depth, N as in :class:`policy.search.problem.Users`."""
+    """Nodes of one depth, the first ``size`` of K; N as in :class:`policy.search.problem.Users`."""
 
+    size: int
+    parent: IntArray  # [K] place in the layer before
+    last: IntArray  # [K] the command that led here
     pos_m: FloatArray  # [K, 2]
-    last: IntArray  # [K]
     cost: FloatArray  # [K]
+    leaf: FloatArray  # [K]
     aoi_slots: Float32Array  # [K, N]
 
 
 class Children(NamedTuple):
-    """K A children in order of node and action, then the trail's; infinite cost and rank: not legal."""
+    """K A children in order of node and action, then the trail's."""
 
-    cost: FloatArray  # [K A + 1]
-    leaf: FloatArray  # [K A + 1]
-    rank: FloatArray  # [K A + 1] cost and leaf
+    rank: FloatArray  # [K A + 1] cost and leaf; infinite: not legal
+    spent_j: FloatArray  # [K A + 1]
     pos_m: FloatArray  # [K A + 1, 2]
+
+
+class Slot(NamedTuple):
+    """One depth of a search."""
+
+    depth: int
+    discount: float
+    age_price: np.float32  # of a slot of everyone's age
+    leaf_price: np.float32  # the same and a metre to go, in the leaf
+    cover_price: np.float32  # of a user missed
+
+
+class Near(NamedTuple):
+    """Users whom a depth concerns: to the others another UAV is nearer, wherever this one goes. Written anew at each
+    depth.
+    """
+
+    who: npt.NDArray[np.uint32]  # [N] the first of it
+    crowd: Float32Array  # [6, N] their part of it, then users who cost nothing
+    waiting: Float32Array  # [2, N] their weighted AoI, of two nodes
+    apart: Float32Array  # [N] what a slot of age of each of the others costs
+    twin: IntArray  # [K] another node at the same place, or the node itself
 
 
 EAST, NORTH, INNER, FADE, OTHERS, WEIGHT = range(6)
@@ -101,43 +128,52 @@ on vector units. OTHERS: metres from where the nearest other UAV serves for sure
 def search(scene: Scene, start: Start, trail: Trail, others_gap_m: Float32Array) -> Beam:
     """``others_gap_m`` [H, N]: metres from where the nearest other UAV serves for sure, 0 within."""
     users, prices, beam = scene.users, scene.prices, scene.effort.beam
-    horizon, num_actions = users.east_m.shape[0], start.allowed.shape[1]
+    horizon, num_users = users.east_m.shape
+    num_actions = start.allowed.shape[1]
+    # All that is written on, once: to have it anew at each depth costs as much as many a sum.
     parents, moves = np.zeros((horizon, beam), np.int64), np.zeros((horizon, beam), np.int64)
-    places = np.zeros((horizon, beam, 2))
-    layer = _root(start, users)
-    leaf, discount, on_trail = np.zeros(1), 1.0, trail.length > 0
+    places, ages = np.empty((horizon, beam, 2)), np.empty((2, beam, num_users), np.float32)
+    costs, leaves = np.zeros((horizon, beam)), np.zeros((horizon, beam))
+    most = beam * num_actions + 1
+    room = Children(np.empty(most), np.empty(most), np.empty((most, 2)))
+    crowd = np.empty((6, num_users), np.float32)
+    near = Near(
+        np.empty(num_users, np.uint32),
+        np.empty((6, num_users), np.float32),
+        np.empty((2, num_users), np.float32),
+        np.empty(num_users, np.float32),
+        np.empty(beam, np.int64),
+    )
+    layer, discount, on_trail = _root(start, users), 1.0, trail.length > 0
     for depth in range(horizon):
-        crowd = _crowd(users, depth, others_gap_m[depth])
-        leaf_price = discount * prices.discount * (prices.end if depth + 1 == horizon else prices.leaf)
-        age_price = discount * (1.0 + (prices.last if depth + 1 == horizon else 0.0))
-        children = _expand(scene, start, layer, crowd, trail, (depth, discount, age_price, leaf_price), on_trail)
+        _gather(users, depth, others_gap_m[depth], crowd)
+        slot = _slot(prices, depth, discount, horizon, users.present)
+        last = layer.size * num_actions
+        children = Children(room.rank[: last + 1], room.spent_j[: last + 1], room.pos_m[: last + 1])
+        reach_m = _spread(scene, start, layer, trail, depth, on_trail, children)
+        _rank(scene, layer, crowd, near, slot, reach_m, children)
         discount *= prices.discount
-        last = children.rank.size - 1
         kept_first = NO_MOVE
         if on_trail:
             kept_first = last if depth < trail.length else _best_child(children.rank, num_actions)
         on_trail = kept_first != NO_MOVE
-        chosen, aoi = _choose(scene, children, layer, crowd, kept_first)
-        for place in range(chosen.size):
-            child = chosen[place]
-            parents[depth, place] = 0 if child == last else child // num_actions
-            moves[depth, place] = trail.action[depth] if child == last else child % num_actions
-            for axis in range(2):
-                places[depth, place, axis] = children.pos_m[child, axis]
-        kept = chosen.size
-        layer = Layer(places[depth, :kept], moves[depth, :kept], _taken(children.cost, chosen), aoi)
-        leaf = _taken(children.leaf, chosen)
-    actions, path_m = _trace(parents, moves, places, layer.cost.size)
-    return Beam(actions, path_m, layer.cost, leaf, layer.aoi_slots)
+        below = Layer(0, parents[depth], moves[depth], places[depth], costs[depth], leaves[depth], ages[depth % 2])
+        layer = _chosen(scene, children, layer, crowd, slot, (kept_first, trail.action[depth]), below)
+    actions, path_m = _trace(parents, moves, places, layer.size)
+    kept = layer.size
+    return Beam(actions, path_m, layer.cost[:kept].copy(), layer.leaf[:kept].copy(), layer.aoi_slots[:kept].copy())
 
 
 @compiled
-def _taken(values: FloatArray, which: IntArray) -> FloatArray:
-    """``values[which]``, by a loop: numba's own indexing by an array is far slower for a few."""
-    taken = np.empty(which.size)
-    for place in range(which.size):
-        taken[place] = values[which[place]]
-    return taken
+def _slot(prices: Prices, depth: int, discount: float, horizon: int, present: int) -> Slot:
+    is_last = depth + 1 == horizon
+    return Slot(
+        depth,
+        discount,
+        np.float32(discount * (1.0 + (prices.last if is_last else 0.0))),
+        np.float32(discount * prices.discount * (prices.end if is_last else prices.leaf)),
+        np.float32(discount * prices.cover / max(present, 1)),
+    )
 
 
 @compiled
@@ -232,82 +268,150 @@ def gaps_m(users: Users, path_m: FloatArray) -> Float32Array:
 @compiled
 def _root(start: Start, users: Users) -> Layer:
     aoi = users.aoi_slots.copy().reshape(1, users.aoi_slots.size)
-    return Layer(start.pos_m.copy().reshape(1, 2), np.full(1, start.allowed.shape[1]), np.zeros(1), aoi)
+    pos_m, last = start.pos_m.copy().reshape(1, 2), np.full(1, start.allowed.shape[1])
+    return Layer(1, np.zeros(1, np.int64), last, pos_m, np.zeros(1), np.zeros(1), aoi)
 
 
 @compiled
-def _crowd(users: Users, depth: int, others_gap_m: Float32Array) -> Float32Array:
-    crowd = np.empty((6, others_gap_m.size), np.float32)
+def _gather(users: Users, depth: int, others_gap_m: Float32Array, crowd: Float32Array) -> None:
     crowd[EAST], crowd[NORTH] = users.east_m[depth], users.north_m[depth]
     crowd[INNER], crowd[FADE] = users.inner_m[depth], users.fade_per_m[depth]
     crowd[OTHERS], crowd[WEIGHT] = others_gap_m, users.weight
-    return crowd
 
 
 @compiled
-def _expand(
-    scene: Scene,
-    start: Start,
-    layer: Layer,
-    crowd: Float32Array,
-    trail: Trail,
-    when: tuple[int, float, float, float],
-    on_trail: bool,
-) -> Children:
-    """All moves of all nodes; ``when``: depth, discount, prices of a slot of age and, in the leaf, of a metre to go."""
-    depth, discount, age_price, leaf_price = when
-    nodes, num_actions = layer.last.size, start.allowed.shape[1]
-    cost, leaf = np.full(nodes * num_actions + 1, np.inf), np.zeros(nodes * num_actions + 1)
-    pos_m, waiting = np.zeros((nodes * num_actions + 1, 2)), np.zeros(crowd.shape[1], np.float32)
-    count = scene.users.present
-    cover, energy = scene.prices.cover / max(count, 1), scene.prices.energy
-    # Of one node: its moves and, last, the trail's.
-    to_m, spent_j = np.zeros((num_actions + 1, 2)), np.zeros(num_actions + 1)
-    is_tried, sums = np.zeros(num_actions + 1, np.bool_), np.zeros((num_actions + 1, 3))
-    legal = is_tried[:num_actions]
-    for node in range(nodes):
-        place, last, so_far = (layer.pos_m[node, 0], layer.pos_m[node, 1]), layer.last[node], layer.cost[node]
-        for user in range(waiting.size):
-            waiting[user] = crowd[WEIGHT, user] * layer.aoi_slots[node, user]
+def _spread(
+    scene: Scene, start: Start, layer: Layer, trail: Trail, depth: int, on_trail: bool, children: Children
+) -> float:
+    """Where all moves of all nodes lead and what they spend; the rank is 0 for those that are legal, to be filled in.
+    Returns the longest way.
+    """
+    num_actions, legal, reach_2 = start.allowed.shape[1], np.zeros(start.allowed.shape[1], np.bool_), 0.0
+    rank, spent_j, pos_m = children
+    step_m, energy_j = start.step_m, start.energy_j
+    for node in range(layer.size):
+        place, last = (layer.pos_m[node, 0], layer.pos_m[node, 1]), layer.last[node]
         if scene.walls.box_m.shape[0] == 0 and last < num_actions:  # as _legal does, which is far dearer to call
-            _keep_inside(scene, start.allowed[last], place, last, legal)
+            _keep_inside(scene, start, place, last, legal)
         else:
             legal[:] = _legal(scene, start, place, last)
-        step_m, energy_j = start.step_m[last], start.energy_j[last]
-        is_beside = scene.effort.free_places and scene.effort.by_velocity  # the trail's velocity is none of the table's
-        if is_beside and on_trail and node == 0 and 0 < depth <= trail.length:
-            step_m = _steps_from(scene.table, trail.vel_mps[depth - 1], legal)
         for action in range(num_actions):
-            to_m[action, 0], to_m[action, 1] = place[0] + step_m[action, 0], place[1] + step_m[action, 1]
-            spent_j[action] = energy_j[action]
-        is_tried[num_actions] = node == 0 and depth < trail.length
-        if is_tried[num_actions]:
-            east, north = trail.path_m[depth, 0], trail.path_m[depth, 1]
-            to_m[num_actions, 0], to_m[num_actions, 1] = east, north
-            spent_j[num_actions] = energy_j[trail.action[depth]]
-            if scene.effort.free_places:
-                spent_j[num_actions] = _cruise_j(scene.table, np.hypot(east - place[0], north - place[1]))
-        _outlooks(crowd, waiting, to_m, is_tried, sums)
-        for action in range(num_actions + 1):
-            if is_tried[action]:
-                child = node * num_actions + action if action < num_actions else nodes * num_actions
-                age, wait, missed = sums[action, 0], sums[action, 1], sums[action, 2]
-                pos_m[child, 0], pos_m[child, 1] = to_m[action, 0], to_m[action, 1]
-                cost[child] = (
-                    so_far + age_price * age + discount * (energy * spent_j[action] - cover * (count - missed))
-                )
-                leaf[child] = leaf_price * wait
-    return Children(cost, leaf, cost + leaf, pos_m)
+            child, d_e, d_n = node * num_actions + action, step_m[last, action, 0], step_m[last, action, 1]
+            rank[child], spent_j[child] = 0.0 if legal[action] else np.inf, energy_j[last, action]
+            pos_m[child, 0], pos_m[child, 1] = place[0] + d_e, place[1] + d_n
+            reach_2 = max(reach_2, d_e * d_e + d_n * d_n)
+    is_beside = scene.effort.free_places and scene.effort.by_velocity  # the trail's velocity is none of the table's
+    if is_beside and on_trail and 0 < depth <= trail.length:
+        reach_2 = max(reach_2, _spread_beside(scene.table, trail.vel_mps[depth - 1], layer, children))
+    child = layer.size * num_actions
+    rank[child] = np.inf
+    if depth < trail.length:
+        east, north = trail.path_m[depth, 0], trail.path_m[depth, 1]
+        rank[child], pos_m[child, 0], pos_m[child, 1] = 0.0, east, north
+        spent_j[child] = energy_j[layer.last[0], trail.action[depth]]
+        way_m = np.hypot(east - layer.pos_m[0, 0], north - layer.pos_m[0, 1])
+        reach_2 = max(reach_2, way_m * way_m)
+        if scene.effort.free_places:
+            spent_j[child] = _cruise_j(scene.table, way_m)
+    return float(np.sqrt(reach_2))
 
 
 @compiled
-def _steps_from(table: MoveTable, vel_mps: FloatArray, legal: BoolArray) -> FloatArray:
-    """Displacements [A, 2] from a velocity that is none of the table's (policy.world.motion.slot_motion); strikes
-    the moves that cannot be reached in a slot.
+def _rank(
+    scene: Scene, layer: Layer, crowd: Float32Array, near: Near, slot: Slot, reach_m: float, children: Children
+) -> None:
+    """Fill in the ranks. Nodes at one place share the ways from there to the users."""
+    num_actions, last = children.rank.size // layer.size, children.rank.size - 1
+    others, count = _take_near(crowd, near, layer, slot, reach_m, scene.users.present)
+    _pair_up(layer, near.twin, scene.effort.by_velocity)
+    energy_price = slot.discount * scene.prices.energy
+    for child in range(last + 1):
+        children.rank[child] += energy_price * children.spent_j[child] + others
+    for node in range(layer.size):
+        twin = near.twin[node]
+        if twin < node:
+            continue
+        first = node * num_actions
+        so_far = layer.cost[node] + _wait(near, count, layer, node, 0)
+        if twin == node:
+            _outlooks(near, count, slot, so_far, children, first, first + num_actions)
+        else:
+            other_so_far = layer.cost[twin] + _wait(near, count, layer, twin, 1)
+            beginnings = first, twin * num_actions
+            _twin_outlooks(near, count, slot, (so_far, other_so_far), children, beginnings, num_actions)
+        if node == 0:
+            _outlooks(near, count, slot, so_far, children, last, last + 1)
+
+
+@compiled
+def _take_near(
+    crowd: Float32Array, near: Near, layer: Layer, slot: Slot, reach_m: float, present: int
+) -> tuple[float, int]:
+    """Who is near, in whole vectors, and what the others cost without their ages."""
+    west, south = np.float32(np.inf), np.float32(np.inf)
+    east, north = -west, -south
+    for node in range(layer.size):
+        at_e, at_n = np.float32(layer.pos_m[node, 0]), np.float32(layer.pos_m[node, 1])
+        west, east, south, north = min(west, at_e), max(east, at_e), min(south, at_n), max(north, at_n)
+    reach, count, total = np.float32(reach_m) + SLACK_M, 0, 0.0
+    for user in range(crowd.shape[1]):
+        d_east = max(west - crowd[EAST, user], crowd[EAST, user] - east, ZERO)
+        d_north = max(south - crowd[NORTH, user], crowd[NORTH, user] - north, ZERO)
+        least = np.sqrt(d_east * d_east + d_north * d_north) - crowd[INNER, user] - reach
+        near.apart[user] = ZERO
+        if user < present and max(least, ZERO) < crowd[OTHERS, user]:
+            near.who[count] = user
+            count += 1
+        elif user < present:
+            gap = crowd[OTHERS, user]
+            miss = min(gap * crowd[FADE, user], ONE)
+            price = crowd[WEIGHT, user] * (slot.age_price + slot.leaf_price * gap)
+            near.apart[user] = miss * price
+            total += price + slot.cover_price * miss
+    whole = -(-count // VECTOR) * VECTOR
+    for row in range(crowd.shape[0]):
+        for index in range(count):
+            near.crowd[row, index] = crowd[row, near.who[index]]
+        near.crowd[row, count:whole] = ZERO
+    near.who[count:whole] = 0  # of no weight
+    return total - slot.cover_price * present, whole
+
+
+@compiled
+def _wait(near: Near, count: int, layer: Layer, node: int, row: int) -> float:
+    """What the ages of those who are not near cost; those of the near go into a row of ``near.waiting``."""
+    aoi = layer.aoi_slots
+    for index in range(count):
+        near.waiting[row, index] = near.crowd[WEIGHT, index] * aoi[node, near.who[index]]
+    aged = ZERO
+    for user in range(aoi.shape[1]):
+        aged += near.apart[user] * aoi[node, user]
+    return float(aged)
+
+
+@compiled
+def _pair_up(layer: Layer, twin: IntArray, by_velocity: bool) -> None:
+    """Nodes at one place, two by two; with inertia what a move does depends on the velocity too, so there are none."""
+    for node in range(layer.size):
+        twin[node] = node
+    for node in range(0 if by_velocity else layer.size):
+        for other in range(node + 1, layer.size):
+            if (
+                twin[node] == node
+                and twin[other] == other
+                and abs(layer.pos_m[node, 0] - layer.pos_m[other, 0]) < SAME_M
+                and abs(layer.pos_m[node, 1] - layer.pos_m[other, 1]) < SAME_M
+            ):
+                twin[node], twin[other] = other, node
+
+
+@compiled
+def _spread_beside(table: MoveTable, vel_mps: FloatArray, layer: Layer, children: Children) -> float:
+    """``_spread`` of the first node from a velocity that is none of the table's (policy.world.motion.slot_motion);
+    strikes the moves that cannot be reached in a slot. Returns the longest way, squared.
     """
-    num_actions = legal.size
-    step_m = np.zeros((num_actions, 2))
-    for action in range(num_actions):
+    most_2 = 0.0
+    for action in range(table.vel_mps.shape[0]):
         d_e, d_n = table.vel_mps[action, 0] - vel_mps[0], table.vel_mps[action, 1] - vel_mps[1]
         e_e, e_n = (
             table.end_mps[action, 0] - table.vel_mps[action, 0],
@@ -315,10 +419,13 @@ def _steps_from(table: MoveTable, vel_mps: FloatArray, legal: BoolArray) -> Floa
         )
         change_s = np.sqrt(d_e * d_e + d_n * d_n) / table.max_accel_mps2
         turn_s = np.sqrt(e_e * e_e + e_n * e_n) / table.max_accel_mps2
-        step_m[action, 0] = table.vel_mps[action, 0] * table.slot_s - 0.5 * (change_s * d_e - turn_s * e_e)
-        step_m[action, 1] = table.vel_mps[action, 1] * table.slot_s - 0.5 * (change_s * d_n - turn_s * e_n)
-        legal[action] = legal[action] and (action == 0 or change_s + turn_s <= table.slot_s)
-    return step_m
+        step_e = table.vel_mps[action, 0] * table.slot_s - 0.5 * (change_s * d_e - turn_s * e_e)
+        step_n = table.vel_mps[action, 1] * table.slot_s - 0.5 * (change_s * d_n - turn_s * e_n)
+        children.pos_m[action, 0], children.pos_m[action, 1] = layer.pos_m[0, 0] + step_e, layer.pos_m[0, 1] + step_n
+        most_2 = max(most_2, step_e * step_e + step_n * step_n)
+        if action > 0 and change_s + turn_s > table.slot_s:
+            children.rank[action] = np.inf
+    return most_2
 
 
 @compiled
@@ -330,27 +437,56 @@ def _cruise_j(table: MoveTable, way_m: float) -> float:
 
 
 @compiled
-def _outlooks(
-    crowd: Float32Array, waiting: Float32Array, to_m: FloatArray, is_tried: BoolArray, sums: FloatArray
-) -> None:
-    """Weighted sums over users after a slot that ends at each of the places [P, 2] that are tried, into ``sums``
-    [P, 3]: AoI (Eq. 4), AoI x metres to reach, number missed. All moves of a node in one call: each call has its price.
+def _outlooks(near: Near, count: int, slot: Slot, so_far: float, children: Children, first: int, end: int) -> None:
+    """Add to the ranks of a node's children, the legal of ``first`` to ``end``, what users' ages after the slot (Eq. 4)
+    cost, in it and in the leaf, and those missed. All moves of a node in one call: each call has its price.
     """
-    for place in range(is_tried.size):
-        if not is_tried[place]:
+    crowd, waiting = near.crowd, near.waiting
+    age_price, leaf_price, cover_price = slot.age_price, slot.leaf_price, slot.cover_price
+    for child in range(first, end):
+        if children.rank[child] == np.inf:
             continue
-        east_m, north_m = np.float32(to_m[place, 0]), np.float32(to_m[place, 1])
-        age, wait, missed = ZERO, ZERO, ZERO
-        for user in range(waiting.size):
+        east_m, north_m = np.float32(children.pos_m[child, 0]), np.float32(children.pos_m[child, 1])
+        total = ZERO
+        for user in range(count):
             d_east, d_north = crowd[EAST, user] - east_m, crowd[NORTH, user] - north_m
             gap = max(np.sqrt(d_east * d_east + d_north * d_north) - crowd[INNER, user], ZERO)
             gap = min(gap, crowd[OTHERS, user])
             miss = min(gap * crowd[FADE, user], ONE)
-            aged = crowd[WEIGHT, user] + miss * waiting[user]
-            age += aged
-            wait += aged * gap
-            missed += miss
-        sums[place, 0], sums[place, 1], sums[place, 2] = age, wait, missed
+            aged = crowd[WEIGHT, user] + miss * waiting[0, user]
+            total += aged * (age_price + leaf_price * gap) + cover_price * miss
+        children.rank[child] += so_far + total
+
+
+@compiled
+def _twin_outlooks(
+    near: Near,
+    count: int,
+    slot: Slot,
+    so_far: tuple[float, float],
+    children: Children,
+    first: tuple[int, int],
+    num_actions: int,
+) -> None:
+    """``_outlooks`` of two nodes at one place, whose moves lead to the same places."""
+    crowd, waiting, rank = near.crowd, near.waiting, children.rank
+    age_price, leaf_price, cover_price = slot.age_price, slot.leaf_price, slot.cover_price
+    for action in range(num_actions):
+        child, other = first[0] + action, first[1] + action
+        if rank[child] == np.inf and rank[other] == np.inf:
+            continue
+        east_m, north_m = np.float32(children.pos_m[child, 0]), np.float32(children.pos_m[child, 1])
+        total, other_total = ZERO, ZERO
+        for user in range(count):
+            d_east, d_north = crowd[EAST, user] - east_m, crowd[NORTH, user] - north_m
+            gap = max(np.sqrt(d_east * d_east + d_north * d_north) - crowd[INNER, user], ZERO)
+            gap = min(gap, crowd[OTHERS, user])
+            miss = min(gap * crowd[FADE, user], ONE)
+            price = age_price + leaf_price * gap
+            total += (crowd[WEIGHT, user] + miss * waiting[0, user]) * price + cover_price * miss
+            other_total += (crowd[WEIGHT, user] + miss * waiting[1, user]) * price + cover_price * miss
+        rank[child] += so_far[0] + total
+        rank[other] += so_far[1] + other_total
 
 
 @compiled
@@ -361,40 +497,59 @@ def _best_child(rank: FloatArray, num_actions: int) -> int:
 
 
 @compiled
-def _choose(
-    scene: Scene, children: Children, layer: Layer, crowd: Float32Array, kept_first: int
-) -> tuple[IntArray, Float32Array]:
-    """The best children without duplicates in order of rank, the trail's before all, and their AoI."""
-    effort, salt = scene.effort, scene.users.salt
-    order = _best(children.rank, SHORTLIST * effort.beam)
+def _chosen(
+    scene: Scene,
+    children: Children,
+    layer: Layer,
+    crowd: Float32Array,
+    slot: Slot,
+    kept: tuple[int, int],
+    below: Layer,
+) -> Layer:
+    """The best children without duplicates in order of rank, written into ``below``; the trail's, ``kept`` with its
+    command, before all.
+    """
+    effort, beam, count = scene.effort, scene.effort.beam, max(scene.users.present, 1)
+    order = _best(children.rank, beam + SPARE)
     last = children.rank.size - 1
-    num_actions = last // layer.last.size
-    chosen, codes = np.zeros(effort.beam, np.int64), np.zeros(effort.beam, np.int64)
-    aoi = np.zeros((effort.beam, layer.aoi_slots.shape[1]), np.float32)
-    kept = 0
-    for place in range(-1, order.size):
-        child = kept_first if place < 0 else order[place]
-        if child == NO_MOVE or (place >= 0 and child == kept_first):
-            continue
-        if kept == effort.beam:
+    num_actions = last // layer.size
+    keys, size = np.empty(beam, np.int64), 0
+    for index in range(-1, SHORTLIST * beam):
+        if index == beam + SPARE:
+            order = _best(children.rank, SHORTLIST * beam)
+        if size == beam or index >= order.size:
             break
+        child = kept[0] if index < 0 else order[index]
+        if child == NO_MOVE or (index >= 0 and child == kept[0]):
+            continue
         east, north = children.pos_m[child, 0], children.pos_m[child, 1]
-        parent = 0 if child == last else child // num_actions
-        code = _renew(crowd, salt, layer.aoi_slots[parent], np.float32(east), np.float32(north), aoi[kept])
-        code = _mix(_mix(code, np.floor(east / effort.cell_m)), np.floor(north / effort.cell_m))
-        code = _mix(code, scene.table.end_index[child % num_actions]) if effort.by_velocity else code
-        if not _known(codes, kept, code):
-            chosen[kept], codes[kept] = child, code
-            kept += 1
-    return chosen[:kept], aoi[:kept]
+        parent, action = (0, kept[1]) if child == last else (child // num_actions, child % num_actions)
+        keys[size] = (int(np.floor(east / effort.cell_m)) * CELLS + int(np.floor(north / effort.cell_m))) * CELLS
+        if effort.by_velocity:
+            keys[size] += scene.table.end_index[child % num_actions]  # the trail's, none of the table's: as at rest
+        age, wait, missed = _renew(crowd, layer, parent, np.float32(east), np.float32(north), below, size)
+        if _known(keys, below.aoi_slots, size):
+            continue
+        paid = scene.prices.energy * children.spent_j[child] - scene.prices.cover * (1.0 - missed / count)
+        below.cost[size] = layer.cost[parent] + slot.age_price * age + slot.discount * paid
+        below.leaf[size] = slot.leaf_price * wait
+        below.parent[size], below.last[size] = parent, action
+        below.pos_m[size, 0], below.pos_m[size, 1] = east, north
+        size += 1
+    return Layer(size, below.parent, below.last, below.pos_m, below.cost, below.leaf, below.aoi_slots)
 
 
 @compiled
-def _known(codes: IntArray, count: int, code: np.int64) -> bool:
-    found = False
-    for index in range(count):
-        found |= codes[index] == code
-    return found
+def _known(keys: IntArray, aoi: Float32Array, new: int) -> bool:
+    """One of those before is in the same cell, by the same velocity and with the same AoI of every user."""
+    for old in range(new):
+        if keys[old] == keys[new]:
+            differ = np.int32(0)
+            for user in range(aoi.shape[1]):
+                differ |= np.int32(aoi[old, user] + HALF) ^ np.int32(aoi[new, user] + HALF)
+            if differ == 0:
+                return True
+    return False
 
 
 @compiled
@@ -431,29 +586,24 @@ def _best(rank: FloatArray, count: int) -> IntArray:
 
 @compiled
 def _renew(
-    crowd: Float32Array,
-    salt: IntArray,
-    aoi: Float32Array,
-    east_m: np.float32,
-    north_m: np.float32,
-    new_aoi: Float32Array,
-) -> np.int64:
-    """Write the AoI after the slot (Eq. 4, expected) into ``new_aoi`` [N] and return a hash of it."""
-    for user in range(aoi.size):
+    crowd: Float32Array, layer: Layer, parent: int, east_m: np.float32, north_m: np.float32, below: Layer, new: int
+) -> tuple[float, float, float]:
+    """Write the AoI after the slot (Eq. 4, expected) into the layer ``below``. Weighted sums over users: of it, of it x
+    metres to reach; number missed.
+    """
+    aoi, new_aoi = layer.aoi_slots, below.aoi_slots
+    age, wait, missed = ZERO, ZERO, ZERO
+    for user in range(aoi.shape[1]):
         d_east, d_north = crowd[EAST, user] - east_m, crowd[NORTH, user] - north_m
         gap = max(np.sqrt(d_east * d_east + d_north * d_north) - crowd[INNER, user], ZERO)
-        new_aoi[user] = ONE + min(min(gap, crowd[OTHERS, user]) * crowd[FADE, user], ONE) * aoi[user]
-    code = np.int64(0)
-    for user in range(aoi.size):
-        code += np.int64(np.int32(new_aoi[user] + HALF)) * salt[user]
-    return code
-
-
-@compiled
-def _mix(code: np.int64, value: float) -> np.int64:
-    """Fold one more number into a hash."""
-    code = (code ^ (code >> np.int64(29))) * HASH_STEP
-    return code + np.int64(value) * HASH_SPREAD
+        gap = min(gap, crowd[OTHERS, user])
+        miss = min(gap * crowd[FADE, user], ONE)
+        aged = ONE + miss * aoi[parent, user]
+        new_aoi[new, user] = aged
+        age += crowd[WEIGHT, user] * aged
+        wait += crowd[WEIGHT, user] * aged * gap
+        missed += miss
+    return float(age), float(wait), float(missed)
 
 
 @compiled
@@ -479,7 +629,7 @@ def _legal(scene: Scene, start: Start, pos_m: tuple[float, float], last: int) ->
     legal: BoolArray = start.allowed[last].copy()
     if last == scene.table.box_m.shape[0]:
         return legal
-    _keep_inside(scene, start.allowed[last], pos_m, last, legal)
+    _keep_inside(scene, start, pos_m, last, legal)
     walls = scene.walls
     if walls.box_m.shape[0] == 0:
         return legal
@@ -491,7 +641,7 @@ def _legal(scene: Scene, start: Start, pos_m: tuple[float, float], last: int) ->
 
 
 @compiled
-def _keep_inside(scene: Scene, allowed: BoolArray, pos_m: tuple[float, float], last: int, legal: BoolArray) -> None:
+def _keep_inside(scene: Scene, start: Start, pos_m: tuple[float, float], last: int, legal: BoolArray) -> None:
     """Which of the allowed moves [A] stay within the area on all of their way, into ``legal``; braking if none does."""
     low_m, high_m, box_m = scene.walls.low_m, scene.walls.high_m, scene.table.box_m
     west, south, east, north = low_m[0] - pos_m[0], low_m[1] - pos_m[1], high_m[0] - pos_m[0], high_m[1] - pos_m[1]
@@ -499,7 +649,7 @@ def _keep_inside(scene: Scene, allowed: BoolArray, pos_m: tuple[float, float], l
     for action in range(legal.size):
         in_east = (box_m[last, action, 0] >= west) & (box_m[last, action, 2] <= east)
         in_north = (box_m[last, action, 1] >= south) & (box_m[last, action, 3] <= north)
-        legal[action] = allowed[action] & in_east & in_north
+        legal[action] = start.allowed[last, action] & in_east & in_north
         is_any |= legal[action]
     legal[0] |= not is_any
 

@@ -14,6 +14,7 @@ square of each part.
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from policy.model.compiled import compiled
 from policy.search.kernel import NO_MOVE, Draft, Scene
@@ -43,6 +44,8 @@ EAST, NORTH, INNER, FADE, OTHERS, PER_SLOT, PER_SLOT_METRE = range(7)
 """Rows of a crowd, float32 [7, N]: the users at the end of one slot, and what their ages cost from there on, by slot
 of age and by slot of age and metre to go.
 """
+FIRST, THEN = range(2)
+"""Crowds of a block."""
 
 
 def _rings() -> FloatArray:
@@ -69,6 +72,28 @@ class Paths(NamedTuple):
     start_mps: FloatArray  # [U, 2]
     place_m: FloatArray  # [U, H, 2]
     vel_mps: FloatArray  # [U, H, 2]
+
+
+class Around(NamedTuple):
+    """What one UAV's path is tried in."""
+
+    start_m: FloatArray  # [2]
+    start_mps: FloatArray  # [2]
+    vel_mps: FloatArray  # [H, 2] at the slots' ends, shifted with the places
+    others_gap_m: Float32Array  # [H, N]
+    legs: Legs
+
+
+class Desk(NamedTuple):
+    """What a polish reads often and writes on: to have it anew for each block costs more than its sums."""
+
+    age_price: FloatArray  # [H] of a slot of everyone's age at the end of each slot
+    slope: Float32Array  # [H, N] see ``_take_slopes``
+    aoi_slots: Float32Array  # [N] as the sweep goes
+    age: Float32Array  # [N] the same of those in play
+    crowds: Float32Array  # [2, 7, N] of a block's first slot, where it has two, and of its last
+    matters: npt.NDArray[np.int32]  # [N]
+    who: npt.NDArray[np.uint32]  # [N] users in play, the first of it
 
 
 @compiled
@@ -99,9 +124,9 @@ def take_up(
             if slot >= length:
                 draft.path_m[uav, slot] = draft.path_m[uav, length - 1] if length > 0 else start[0][uav]
         draft.length[uav] = length  # its open end stays open for the search to fill
+        path_gap_m = draft.gap_m[uav]
         for slot in range(horizon):
-            place_m = draft.path_m[uav, slot]
-            _gaps(scene.users, slot, place_m[0], place_m[1], draft.gap_m[uav, slot])
+            _gaps(scene.users, slot, draft.path_m[uav, slot, 0], draft.path_m[uav, slot, 1], path_gap_m)
 
 
 @compiled
@@ -119,18 +144,46 @@ def polish(scene: Scene, paths: Paths, gap_m: Float32Array, order: IntArray, leg
     """Improve ``paths`` in place for the UAVs in ``order``; others stay. ``gap_m`` [U, H, N] is written: metres from
     where each of them serves for sure to each user; it must be infinite for the others.
     """
-    path_m = paths.place_m
+    horizon, count = scene.users.east_m.shape
     for uav in order:
-        for depth in range(path_m.shape[1]):
-            _gaps(scene.users, depth, path_m[uav, depth, 0], path_m[uav, depth, 1], gap_m[uav, depth])
+        path_m, own_gap_m = paths.place_m[uav], gap_m[uav]
+        for depth in range(horizon):
+            _gaps(scene.users, depth, path_m[depth, 0], path_m[depth, 1], own_gap_m)
+    desk = make_desk(scene.prices, horizon, count)
+    others = np.empty((horizon, count), np.float32)
     for sweep in range(sweeps):
         for uav in order:
-            others = np.full(gap_m.shape[1:], np.float32(np.inf), np.float32)
-            for other in order:
-                if other != uav:
-                    others = np.minimum(others, gap_m[other])
+            _nearest_other(gap_m, order, uav, others)
             around = Around(paths.start_m[uav], paths.start_mps[uav], paths.vel_mps[uav], others, legs)
-            _sweep(scene, around, path_m[uav], gap_m[uav], sweep)
+            _sweep(scene, around, desk, paths.place_m[uav], gap_m[uav], sweep)
+
+
+@compiled
+def make_desk(prices: Prices, horizon: int, count: int) -> Desk:
+    """An empty one for H slots and N users."""
+    age_price = np.empty(horizon)
+    for depth in range(horizon):
+        age_price[depth] = _age_price(prices, depth, horizon)
+    return Desk(
+        age_price,
+        np.empty((horizon, count), np.float32),
+        np.empty(count, np.float32),
+        np.empty(count, np.float32),
+        np.zeros((2, 7, count), np.float32),
+        np.empty(count, np.int32),
+        np.empty(count, np.uint32),
+    )
+
+
+@compiled
+def _nearest_other(gap_m: Float32Array, order: IntArray, uav: int, others_gap_m: Float32Array) -> None:
+    """The least of the other UAVs' gaps [U, H, N], into [H, N]."""
+    others_gap_m[:] = np.float32(np.inf)
+    for other in order:
+        if other != uav:
+            for depth in range(others_gap_m.shape[0]):
+                for user in range(others_gap_m.shape[1]):
+                    others_gap_m[depth, user] = min(others_gap_m[depth, user], gap_m[other, depth, user])
 
 
 @compiled
@@ -158,13 +211,11 @@ def joint_price(
     users, prices = scene.users, scene.prices
     horizon, count = users.east_m.shape
     aoi, gap = users.aoi_slots.copy(), np.zeros(count, np.float32)
-    own = np.zeros(count, np.float32)
     total, discount = 0.0, 1.0
     for depth in range(horizon):
         gap[:] = np.float32(np.inf)
         for uav in order:
-            _gaps(users, depth, path_m[uav, depth, 0], path_m[uav, depth, 1], own)
-            gap = np.minimum(gap, own)
+            _take_nearer(users, depth, path_m[uav, depth, 0], path_m[uav, depth, 1], gap)
         age, missed = 0.0, 0.0
         for user in range(count):
             miss = min(gap[user] * users.fade_per_m[depth, user], ONE)
@@ -190,73 +241,55 @@ def _age_price(prices: Prices, depth: int, horizon: int) -> float:
 
 @compiled
 def _gaps(users: Users, depth: int, east_m: float, north_m: float, gap_m: Float32Array) -> None:
+    """Of one place, into a row of ``gap_m`` [H, N]."""
     east, north = np.float32(east_m), np.float32(north_m)
-    for user in range(gap_m.size):
+    for user in range(gap_m.shape[1]):
         d_east, d_north = users.east_m[depth, user] - east, users.north_m[depth, user] - north
-        gap_m[user] = max(np.sqrt(d_east * d_east + d_north * d_north) - users.inner_m[depth, user], ZERO)
-
-
-class Around(NamedTuple):
-    """What one UAV's path is tried in."""
-
-    start_m: FloatArray  # [2]
-    start_mps: FloatArray  # [2]
-    vel_mps: FloatArray  # [H, 2] at the slots' ends, shifted with the places
-    others_gap_m: Float32Array  # [H, N]
-    legs: Legs
+        gap_m[depth, user] = max(np.sqrt(d_east * d_east + d_north * d_north) - users.inner_m[depth, user], ZERO)
 
 
 @compiled
-def _sweep(scene: Scene, around: Around, path_m: FloatArray, own_gap_m: Float32Array, sweep: int) -> None:
+def _take_nearer(users: Users, depth: int, east_m: float, north_m: float, gap_m: Float32Array) -> None:
+    """Lower gaps [N] to those of one place, where these are less."""
+    east, north = np.float32(east_m), np.float32(north_m)
+    for user in range(gap_m.size):
+        d_east, d_north = users.east_m[depth, user] - east, users.north_m[depth, user] - north
+        gap = max(np.sqrt(d_east * d_east + d_north * d_north) - users.inner_m[depth, user], ZERO)
+        gap_m[user] = min(gap_m[user], gap)
+
+
+@compiled
+def _sweep(scene: Scene, around: Around, desk: Desk, path_m: FloatArray, own_gap_m: Float32Array, sweep: int) -> None:
     """One pass along one UAV's path; blocks of one place and of two by turns."""
-    users, prices = scene.users, scene.prices
+    users, aoi = scene.users, desk.aoi_slots
     horizon = users.east_m.shape[0]
     # A slot's slopes come from the slots after it, which are not shifted before it: they hold for the whole sweep.
-    slope = _slopes(users, prices, np.minimum(own_gap_m, around.others_gap_m))
-    aoi = users.aoi_slots.copy()
+    _take_slopes(users, scene.prices, own_gap_m, around.others_gap_m, desk)
+    aoi[:] = users.aoi_slots
     for depth in range(horizon):
         last = min(depth + sweep % 2, horizon - 1)
         if around.legs.max_accel_mps2 < np.inf:
             _share_turns(scene.walls, around, path_m, depth)
-        _shift(scene, around, path_m, (depth, last, sweep), aoi, slope[last])
+        _shift(scene, around, desk, path_m, (depth, last, sweep))
         for slot in range(depth, last + 1):
-            _gaps(users, slot, path_m[slot, 0], path_m[slot, 1], own_gap_m[slot])
+            _gaps(users, slot, path_m[slot, 0], path_m[slot, 1], own_gap_m)
         for user in range(aoi.size):
             gap = min(own_gap_m[depth, user], around.others_gap_m[depth, user])
             aoi[user] = ONE + min(gap * users.fade_per_m[depth, user], ONE) * aoi[user]
 
 
 @compiled
-def _shift(
-    scene: Scene,
-    around: Around,
-    path_m: FloatArray,
-    where: tuple[int, int, int],
-    aoi: Float32Array,
-    slope: Float32Array,
-) -> None:
+def _shift(scene: Scene, around: Around, desk: Desk, path_m: FloatArray, where: tuple[int, int, int]) -> None:
     """Move the block of places from slot ``depth`` to ``last`` to the best of those around it."""
     depth, last, sweep = where
     users, prices = scene.users, scene.prices
     discount = prices.discount**last
-    who = _in_play(users, around.others_gap_m, path_m, depth, last)
-    then = _crowd(users, last, around.others_gap_m[last], who)
-    first = _crowd(users, depth, around.others_gap_m[depth], who) if last > depth else then
-    horizon = users.east_m.shape[0]
-    at_end = last == horizon - 1
-    age = np.ones(then.shape[1], np.float32)
-    for index in range(who.size):
-        user = who[index]
-        age[index] = aoi[user]
-        first[PER_SLOT, index] = np.float32(_age_price(prices, depth, horizon)) * users.weight[user]
-        then[PER_SLOT, index] = np.float32(_age_price(prices, last, horizon)) * users.weight[user]
-        then[PER_SLOT, index] += ZERO if at_end else slope[user]
-        then[PER_SLOT_METRE, index] = slope[user] if at_end else ZERO
+    count = _lay_out(users, around.others_gap_m, desk, path_m, depth, last)
     cover = np.float32(discount * prices.cover / max(users.present, 1))
     turn = GOLDEN_RAD * (7 * depth + 31 * sweep)
     cos, sin = np.cos(turn), np.sin(turn)
     ends = _ends(around, path_m, depth, last)
-    bounds = _bounds(scene.walls, path_m[depth : last + 1])
+    bounds = _bounds(scene.walls, path_m, depth, last)
     cruise_j, cruise_step_m = scene.table.cruise_j, scene.table.cruise_step_m
     energy_price = discount * prices.energy
     reach_2 = (around.legs.max_speed_mps * around.legs.slot_s) ** 2
@@ -272,10 +305,10 @@ def _shift(
         if trial >= 0 and (max(in_2, out_2) > reach_2 or not _within(bounds, d_e, d_n)):
             continue
         if last == depth:
-            price = _price_one(then, age, cover, np.float32(e_1 + d_e), np.float32(n_1 + d_n))
+            price = _price_one(desk, count, cover, np.float32(e_1 + d_e), np.float32(n_1 + d_n))
         else:
             place = np.float32(e_0 + d_e), np.float32(n_0 + d_n)
-            price = _price_two(first, then, age, cover, place, (np.float32(e_1 + d_e), np.float32(n_1 + d_n)))
+            price = _price_two(desk, count, cover, place, (np.float32(e_1 + d_e), np.float32(n_1 + d_n)))
         if energy_price > 0.0 and price < best:  # energy only adds to it
             price += energy_price * _cruise_j(cruise_j, cruise_step_m, np.sqrt(in_2))
             price += energy_price * _cruise_j(cruise_j, cruise_step_m, np.sqrt(out_2)) if ends[4] > 0.0 else 0.0
@@ -283,11 +316,39 @@ def _shift(
             manner = AS_IT_IS if trial < 0 else _manner(scene.walls, around, path_m, (depth, last), (d_e, d_n))
             if manner != NOT_FLYABLE:
                 best, best_e, best_n, best_manner = price, d_e, d_n, manner
-    path_m[depth : last + 1, 0] += best_e
-    path_m[depth : last + 1, 1] += best_n
+    for slot in range(depth, last + 1):
+        path_m[slot, 0] += best_e
+        path_m[slot, 1] += best_n
     if best_manner == TURNS_SHARED:
         for slot in range(depth, last + 1):
             around.vel_mps[slot] = _shared_turn(around, path_m, slot, (0, -1), (0.0, 0.0))
+
+
+@compiled
+def _lay_out(users: Users, others_gap_m: Float32Array, desk: Desk, path_m: FloatArray, depth: int, last: int) -> int:
+    """The users in play and what their ages cost, in whole vectors: how many."""
+    count = _in_play(users, others_gap_m, path_m, depth, last, desk)
+    crowds, horizon = desk.crowds, users.east_m.shape[0]
+    at_end, then_price = last == horizon - 1, np.float32(desk.age_price[last])
+    _crowd(users, last, others_gap_m, desk, count, THEN)
+    for index in range(count):
+        user = desk.who[index]
+        after = desk.slope[last, user]
+        desk.age[index] = desk.aoi_slots[user]
+        crowds[THEN, PER_SLOT, index] = then_price * users.weight[user]
+        crowds[THEN, PER_SLOT, index] += ZERO if at_end else after
+        crowds[THEN, PER_SLOT_METRE, index] = after if at_end else ZERO
+    if last > depth:
+        _crowd(users, depth, others_gap_m, desk, count, FIRST)
+        first_price = np.float32(desk.age_price[depth])
+        for index in range(count):
+            crowds[FIRST, PER_SLOT, index] = first_price * users.weight[desk.who[index]]
+    whole = -(-count // VECTOR) * VECTOR
+    for index in range(count, whole):
+        desk.age[index] = ONE
+        for row in range(crowds.shape[1]):
+            crowds[FIRST, row, index] = crowds[THEN, row, index] = ZERO
+    return whole
 
 
 @compiled
@@ -542,105 +603,105 @@ def _ends(around: Around, path_m: FloatArray, depth: int, last: int) -> tuple[fl
 
 
 @compiled
-def _bounds(walls: Walls, places_m: FloatArray) -> tuple[float, float, float, float]:
+def _bounds(walls: Walls, path_m: FloatArray, depth: int, last: int) -> tuple[float, float, float, float]:
     """How far a block may be shifted inside the area: west, east, south, north."""
-    return (
-        walls.low_m[0] - np.min(places_m[:, 0]),
-        walls.high_m[0] - np.max(places_m[:, 0]),
-        walls.low_m[1] - np.min(places_m[:, 1]),
-        walls.high_m[1] - np.max(places_m[:, 1]),
-    )
+    east_0, east_1 = min(path_m[depth, 0], path_m[last, 0]), max(path_m[depth, 0], path_m[last, 0])
+    north_0, north_1 = min(path_m[depth, 1], path_m[last, 1]), max(path_m[depth, 1], path_m[last, 1])
+    return (walls.low_m[0] - east_0, walls.high_m[0] - east_1, walls.low_m[1] - north_0, walls.high_m[1] - north_1)
 
 
 @compiled
-def _in_play(users: Users, others_gap_m: Float32Array, path_m: FloatArray, depth: int, last: int) -> IntArray:
-    """Users for whom it matters where these places are shifted; to the rest another UAV stays nearer anyway."""
-    matters = np.zeros(others_gap_m.shape[1], np.int32)
+def _in_play(users: Users, others_gap_m: Float32Array, path_m: FloatArray, depth: int, last: int, desk: Desk) -> int:
+    """Users for whom it matters where these places are shifted, put first in ``desk.who``: how many there are. To the
+    rest another UAV stays nearer anyway.
+    """
+    matters, who, count = desk.matters, desk.who, 0
+    matters[:] = 0
     for slot in range(depth, last + 1):
-        east, north, others = np.float32(path_m[slot, 0]), np.float32(path_m[slot, 1]), others_gap_m[slot]
+        east, north = np.float32(path_m[slot, 0]), np.float32(path_m[slot, 1])
         for user in range(matters.size):
             d_east, d_north = users.east_m[slot, user] - east, users.north_m[slot, user] - north
             least = np.sqrt(d_east * d_east + d_north * d_north) - users.inner_m[slot, user] - SHIFT_M
-            matters[user] |= np.int32(1) if others[user] > least else np.int32(0)
-    who, count = np.zeros(matters.size, np.int64), 0
+            matters[user] |= np.int32(1) if others_gap_m[slot, user] > max(least, ZERO) else np.int32(0)
     for user in range(matters.size):
         who[count] = user
         count += matters[user]
-    return who[:count]
+    return count
 
 
 @compiled
-def _crowd(users: Users, depth: int, others_gap_m: Float32Array, who: IntArray) -> Float32Array:
-    """Those users, and some who cost nothing up to whole vectors; what their ages cost is left to be filled in."""
-    crowd = np.zeros((7, -(-who.size // VECTOR) * VECTOR), np.float32)
-    for place in range(who.size):
-        user = who[place]
-        crowd[EAST, place], crowd[NORTH, place] = users.east_m[depth, user], users.north_m[depth, user]
-        crowd[INNER, place], crowd[FADE, place] = users.inner_m[depth, user], users.fade_per_m[depth, user]
-        crowd[OTHERS, place] = others_gap_m[user]
-    return crowd
+def _crowd(users: Users, slot: int, others_gap_m: Float32Array, desk: Desk, count: int, which: int) -> None:
+    """Those in play; what their ages cost is left to be filled in."""
+    crowds = desk.crowds
+    for index in range(count):
+        user = desk.who[index]
+        crowds[which, EAST, index], crowds[which, NORTH, index] = users.east_m[slot, user], users.north_m[slot, user]
+        crowds[which, INNER, index], crowds[which, FADE, index] = (
+            users.inner_m[slot, user],
+            users.fade_per_m[slot, user],
+        )
+        crowds[which, OTHERS, index] = others_gap_m[slot, user]
 
 
 @compiled
-def _slopes(users: Users, prices: Prices, gap_m: Float32Array) -> Float32Array:
+def _take_slopes(users: Users, prices: Prices, own_gap_m: Float32Array, others_gap_m: Float32Array, desk: Desk) -> None:
     """What one slot of age of each user after slot t costs in slots after t: [H, N]; at the end, per metre."""
-    horizon, count = gap_m.shape
-    slope = np.zeros((horizon, count), np.float32)
+    slope = desk.slope
+    horizon, count = slope.shape
     discount = np.float32(prices.discount**horizon)
     for user in range(count):
         slope[horizon - 1, user] = discount * np.float32(prices.end) * users.weight[user]
     for depth in range(horizon - 2, -1, -1):
-        age_price = np.float32(_age_price(prices, depth + 1, horizon))
+        age_price = np.float32(desk.age_price[depth + 1])
         is_next_last = depth + 1 == horizon - 1
         for user in range(count):
-            miss = min(gap_m[depth + 1, user] * users.fade_per_m[depth + 1, user], ONE)
+            gap = min(own_gap_m[depth + 1, user], others_gap_m[depth + 1, user])
+            miss = min(gap * users.fade_per_m[depth + 1, user], ONE)
             after = slope[depth + 1, user]
             if is_next_last:
-                after *= gap_m[depth + 1, user] if miss > ZERO else ZERO
+                after *= gap if miss > ZERO else ZERO
             slope[depth, user] = miss * (age_price * users.weight[user] + after)
-    return slope
 
 
 @compiled
-def _price_one(
-    crowd: Float32Array, aoi: Float32Array, cover: np.float32, east_m: np.float32, north_m: np.float32
-) -> float:
-    """What depends on one place. ``aoi`` [N] before the slot, ``cover`` lost for each user missed."""
+def _price_one(desk: Desk, count: int, cover: np.float32, east_m: np.float32, north_m: np.float32) -> float:
+    """What depends on one place; ``cover`` is lost for each user missed."""
+    crowds, ages = desk.crowds, desk.age
     total = ZERO
-    for user in range(aoi.size):
-        d_east, d_north = crowd[EAST, user] - east_m, crowd[NORTH, user] - north_m
-        gap = max(np.sqrt(d_east * d_east + d_north * d_north) - crowd[INNER, user], ZERO)
-        gap = min(gap, crowd[OTHERS, user])
-        miss = min(gap * crowd[FADE, user], ONE)
-        later = crowd[PER_SLOT, user] + crowd[PER_SLOT_METRE, user] * gap
-        total += (ONE + miss * aoi[user]) * later + cover * miss
+    for user in range(count):
+        d_east, d_north = crowds[THEN, EAST, user] - east_m, crowds[THEN, NORTH, user] - north_m
+        gap = max(np.sqrt(d_east * d_east + d_north * d_north) - crowds[THEN, INNER, user], ZERO)
+        gap = min(gap, crowds[THEN, OTHERS, user])
+        miss = min(gap * crowds[THEN, FADE, user], ONE)
+        later = crowds[THEN, PER_SLOT, user] + crowds[THEN, PER_SLOT_METRE, user] * gap
+        total += (ONE + miss * ages[user]) * later + cover * miss
     return float(total)
 
 
 @compiled
 def _price_two(
-    first: Float32Array,
-    then: Float32Array,
-    aoi: Float32Array,
+    desk: Desk,
+    count: int,
     cover: np.float32,
     place_m: tuple[np.float32, np.float32],
     next_m: tuple[np.float32, np.float32],
 ) -> float:
     """What depends on two places in a row."""
+    crowds, ages = desk.crowds, desk.age
     total = ZERO
     e_0, n_0 = place_m
     e_1, n_1 = next_m
-    for user in range(aoi.size):
-        d_east, d_north = first[EAST, user] - e_0, first[NORTH, user] - n_0
-        gap = max(np.sqrt(d_east * d_east + d_north * d_north) - first[INNER, user], ZERO)
-        miss = min(min(gap, first[OTHERS, user]) * first[FADE, user], ONE)
-        age = ONE + miss * aoi[user]
-        d_east, d_north = then[EAST, user] - e_1, then[NORTH, user] - n_1
-        gap = max(np.sqrt(d_east * d_east + d_north * d_north) - then[INNER, user], ZERO)
-        gap = min(gap, then[OTHERS, user])
-        miss_1 = min(gap * then[FADE, user], ONE)
-        later = then[PER_SLOT, user] + then[PER_SLOT_METRE, user] * gap
-        total += first[PER_SLOT, user] * age + (ONE + miss_1 * age) * later + cover * (miss + miss_1)
+    for user in range(count):
+        d_east, d_north = crowds[FIRST, EAST, user] - e_0, crowds[FIRST, NORTH, user] - n_0
+        gap = max(np.sqrt(d_east * d_east + d_north * d_north) - crowds[FIRST, INNER, user], ZERO)
+        miss = min(min(gap, crowds[FIRST, OTHERS, user]) * crowds[FIRST, FADE, user], ONE)
+        age = ONE + miss * ages[user]
+        d_east, d_north = crowds[THEN, EAST, user] - e_1, crowds[THEN, NORTH, user] - n_1
+        gap = max(np.sqrt(d_east * d_east + d_north * d_north) - crowds[THEN, INNER, user], ZERO)
+        gap = min(gap, crowds[THEN, OTHERS, user])
+        miss_1 = min(gap * crowds[THEN, FADE, user], ONE)
+        later = crowds[THEN, PER_SLOT, user] + crowds[THEN, PER_SLOT_METRE, user] * gap
+        total += crowds[FIRST, PER_SLOT, user] * age + (ONE + miss_1 * age) * later + cover * (miss + miss_1)
     return float(total)
 
 

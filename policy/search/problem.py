@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +34,6 @@ class Users(NamedTuple):
     weight: Float32Array  # [N] sums to 1
     inner_m: Float32Array  # [H, N] served for sure within
     fade_per_m: Float32Array  # [H, N] how fast the chance falls beyond
-    salt: IntArray  # [N] odd numbers that tell users apart in a hash
 
 
 class Prices(NamedTuple):
@@ -221,13 +219,7 @@ def _users(
         weight=now[1],
         inner_m=ahead[2],
         fade_per_m=ahead[3],
-        salt=_salt(_vectors(present)),
     )
-
-
-@lru_cache(maxsize=8)
-def _salt(users: int) -> IntArray:
-    return np.random.default_rng(0).integers(2**62, size=users) * 2 + 1
 
 
 def _prices(scenario: Scenario, settings: SearchSettings, full_speed_j: float, is_last: bool) -> Prices:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from policy.search.kernel import search
 from policy.search.moves import make_moves
 from policy.search.planner import make_plan
-from policy.search.polish import SHIFT_M, Legs, _in_play, cruise, joint_price, keep_up, polish, ways_j
+from policy.search.polish import SHIFT_M, Legs, _in_play, cruise, joint_price, keep_up, make_desk, polish, ways_j
 from policy.search.problem import Problem, make_problem
 from policy.search.settings import HALF_TURNS_RAD, SearchSettings
 from policy.world.airspace import legal_moves
@@ -108,12 +108,14 @@ def test_polishing_gains_and_flies_at_many_speeds() -> None:
 @settings(max_examples=50, deadline=None)
 @given(seed=st.integers(0, 10_000), shift_m=st.floats(0.0, float(SHIFT_M) - 0.01), to=st.floats(0.0, 2.0 * math.pi))
 def test_users_left_out_of_a_shift_are_those_whom_it_cannot_concern(seed: int, shift_m: float, to: float) -> None:
-    users = problem_of(scenario(num_uavs=2), seed, POLISHED, blur_m=20.0).users
+    problem = problem_of(scenario(num_uavs=2), seed, POLISHED, blur_m=20.0)
+    users = problem.users
     rng = np.random.default_rng(seed)
     path_m = rng.uniform(0.0, 1200.0, (POLISHED.horizon_slots, 2))
     others_gap_m = rng.uniform(0.0, 900.0, users.east_m.shape).astype(np.float32)
     others_gap_m[:, 0] = np.inf  # nobody else is there for the first
-    who = _in_play(users, others_gap_m, path_m, 1, 2)
+    desk = make_desk(problem.prices, *users.east_m.shape)
+    who = desk.who[: _in_play(users, others_gap_m, path_m, 1, 2, desk)]
     left_out = np.setdiff1d(np.arange(users.present), who)
     east, north = path_m[1:3].T + shift_m * np.array([[math.sin(to)], [math.cos(to)]])
     away_m = np.hypot(users.east_m[1:3] - east[:, None], users.north_m[1:3] - north[:, None])
