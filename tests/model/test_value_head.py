@@ -32,7 +32,7 @@ def costs(network: GcrlNetwork, seed: int = 0) -> torch.Tensor:
     user[..., USER_SLOTS_COLUMN] = WAYS_SLOTS
     uav = torch.randn((1, 2, UAV_FEATURES), generator=draw)
     with torch.inference_mode():
-        told = network(uav, user, torch.ones(1, 2), torch.ones(1, 3), torch.zeros(1, 2, 2)).user_cost_slots[0]
+        told = network(uav, user, torch.ones(1, 2), torch.ones(1, 3), torch.zeros(1, 2, 1, 2)).user_cost_slots[0]
     return torch.as_tensor(told)
 
 
