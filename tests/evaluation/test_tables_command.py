@@ -121,7 +121,7 @@ def test_curves_relations_and_next_states_are_in_the_page(capsys, tiny, tmp_path
     for kind in ("exact", "hybrid", "learned", "printed"):
         (value,) = [kappa[options] for options in kappa if f'"next_state":"{kind}"' in options]
         assert f"| κ | {kind} | {value:.3f} |" in text
-    assert "| gcrl-default | gaussian | 120 | 5.230 |" in text
+    assert "| gcrl-default | gaussian | 500 | 6.042 |" in text
 
 
 def test_without_traces_quick_flies_the_demo_and_says_what_is_missing(capsys, tmp_path, monkeypatch):
