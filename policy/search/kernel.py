@@ -374,7 +374,7 @@ def _take_near(
             near.crowd[row, index] = crowd[row, near.who[index]]
         near.crowd[row, count:whole] = ZERO
     near.who[count:whole] = 0  # of no weight
-    return total - slot.cover_price * present, whole
+    return float(total - slot.cover_price * present), whole
 
 
 @compiled
