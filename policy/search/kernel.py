@@ -13,6 +13,7 @@ import numpy.typing as npt
 from policy.model.compiled import compiled
 from policy.search.moves import MoveTable, Walls
 from policy.search.problem import VECTOR, Effort, Float32Array, Prices, Start, Users
+from policy.world import motion
 from policy.world.arrays import BoolArray, FloatArray, IntArray
 
 NO_MOVE = -1
@@ -25,6 +26,7 @@ SHORTLIST = 3  # candidates looked at for each one kept; the rest are duplicates
 SPARE = 8  # candidates beside those kept that are sorted at first: duplicates are few
 CELLS = 2**20  # more than there are along an area, or velocities
 SAME_M = 1e-6  # places that differ by less are one, reached in another order of moves
+REVERSAL_RAD, SLOW_SHARE, STRAIGHT_RAD, TINY = motion.REVERSAL_RAD, motion.SLOW_SHARE, motion.STRAIGHT_RAD, motion.TINY
 SLACK_M = np.float32(0.01)  # more than float32 rounds distances by
 
 
@@ -410,22 +412,51 @@ def _spread_beside(table: MoveTable, vel_mps: FloatArray, layer: Layer, children
     """``_spread`` of the first node from a velocity that is none of the table's (policy.world.motion.slot_motion);
     strikes the moves that cannot be reached in a slot. Returns the longest way, squared.
     """
-    most_2 = 0.0
+    most_2, slot_s, accel = 0.0, table.slot_s, table.max_accel_mps2
+    start = vel_mps[0], vel_mps[1]
     for action in range(table.vel_mps.shape[0]):
-        d_e, d_n = table.vel_mps[action, 0] - vel_mps[0], table.vel_mps[action, 1] - vel_mps[1]
-        e_e, e_n = (
-            table.end_mps[action, 0] - table.vel_mps[action, 0],
-            table.end_mps[action, 1] - table.vel_mps[action, 1],
-        )
-        change_s = np.sqrt(d_e * d_e + d_n * d_n) / table.max_accel_mps2
-        turn_s = np.sqrt(e_e * e_e + e_n * e_n) / table.max_accel_mps2
-        step_e = table.vel_mps[action, 0] * table.slot_s - 0.5 * (change_s * d_e - turn_s * e_e)
-        step_n = table.vel_mps[action, 1] * table.slot_s - 0.5 * (change_s * d_n - turn_s * e_n)
+        flown = table.vel_mps[action, 0], table.vel_mps[action, 1]
+        end = table.end_mps[action, 0], table.end_mps[action, 1]
+        straight_s = _apart(flown, end) / accel
+        first_e, first_n, first_s = _turn(start, flown, accel, slot_s - straight_s)
+        last_e, last_n, last_s = _turn(flown, end, accel, slot_s - first_s)
+        step_e = first_e + flown[0] * (slot_s - first_s - last_s) + last_e
+        step_n = first_n + flown[1] * (slot_s - first_s - last_s) + last_n
         children.pos_m[action, 0], children.pos_m[action, 1] = layer.pos_m[0, 0] + step_e, layer.pos_m[0, 1] + step_n
         most_2 = max(most_2, step_e * step_e + step_n * step_n)
-        if action > 0 and change_s + turn_s > table.slot_s:
+        if action > 0 and _apart(start, flown) / accel + straight_s > slot_s:
             children.rank[action] = np.inf
     return most_2
+
+
+@compiled
+def _turn(
+    from_mps: tuple[float, float], to_mps: tuple[float, float], accel_mps2: float, most_s: float
+) -> tuple[float, float, float]:
+    """Way, east and north, and time of a change of velocity (policy.world.motion.make_turn)."""
+    straight_s = _apart(from_mps, to_mps) / accel_mps2
+    cross = from_mps[0] * to_mps[1] - from_mps[1] * to_mps[0]
+    angle_rad = np.arctan2(cross, from_mps[0] * to_mps[0] + from_mps[1] * to_mps[1])
+    one, other = _apart(from_mps, (0.0, 0.0)), _apart(to_mps, (0.0, 0.0))
+    bend = min(max((np.pi - abs(angle_rad)) / REVERSAL_RAD, 0.0), 1.0)
+    bend *= min(min(one, other) / (SLOW_SHARE * max(one, other) + TINY), 1.0)
+    half_rad = max(0.5 * abs(angle_rad) * bend, STRAIGHT_RAD)
+    longer_s = straight_s * (half_rad / np.sin(half_rad)) - straight_s
+    half_rad = max(half_rad * min(max((most_s - straight_s) / (longer_s + TINY), 0.0), 1.0), STRAIGHT_RAD)
+    time_s = straight_s * (half_rad / np.sin(half_rad))
+    across = np.copysign(0.5 * (np.cos(half_rad) / np.sin(half_rad) - 1.0 / half_rad), -cross)
+    d_e, d_n = to_mps[0] - from_mps[0], to_mps[1] - from_mps[1]
+    return (
+        time_s * (from_mps[0] + 0.5 * d_e - across * d_n),
+        time_s * (from_mps[1] + 0.5 * d_n + across * d_e),
+        time_s,
+    )
+
+
+@compiled
+def _apart(one: tuple[float, float], other: tuple[float, float]) -> float:
+    east, north = other[0] - one[0], other[1] - one[1]
+    return float(np.sqrt(east * east + north * north))
 
 
 @compiled

@@ -28,11 +28,17 @@ from policy.search.kernel import (
 )
 from policy.search.leaf import LeafValue, leaf_states
 from policy.search.plan import Kept, Plan
-from policy.search.polish import Legs, Paths, cruise, joint_price, polish_and_price, take_up
+from policy.search.polish import Heat, Legs, Paths, cruise, joint_price, polish_and_price, take_up
 from policy.search.problem import Float32Array, Problem
 from policy.world.arrays import FloatArray, IntArray
 from policy.world.frames import heading_rad
 from policy.world.state import JointAction
+
+HEAT_SHARE = 7e-4
+"""Of the horizon's price at the present ages: the temperature at which heated polishing begins."""
+COOLED = 0.1
+"""Of that, at its last sweep; then come some without heat."""
+COLD_SWEEPS = 4
 
 
 @dataclass(frozen=True)
@@ -76,6 +82,8 @@ def make_plan(problem: Problem, incumbent: Kept | None = None, leaf: LeafValue |
         others_first = np.array([*(other for other in flying if other != uav), uav], dtype=np.int64)
         other = _improve(task, _without(problem, best.draft, uav), others_first)
         best = other if other.value < best.value else best
+    if problem.settings.heated_sweeps > 0 and problem.is_polished:
+        best = _heated(task, best)
     return _finished(task, best, first.rounds.kept_price if flying and incumbent is not None else None)
 
 
@@ -93,13 +101,24 @@ def _rebuilt(problem: Problem, flying: list[int]) -> list[int]:
     return [flying[(problem.state.slot * count + index) % len(flying)] for index in range(count)]
 
 
+def _heated(task: _Task, best: _Candidate) -> _Candidate:
+    """The better of a candidate and what heated polishing makes of it; one draw of chance for each slot."""
+    problem, draft = task.problem, _copy(best.draft)
+    first_slots = HEAT_SHARE * problem.horizon_slots * float(problem.users.weight @ problem.users.aoi_slots)
+    cooling = np.geomspace(1.0, COOLED, problem.settings.heated_sweeps)
+    heat = Heat(np.concatenate((first_slots * cooling, np.zeros(COLD_SWEEPS))), problem.state.slot)
+    value = _polished_value(task, draft, heat)
+    return _Candidate(draft, value, best.rounds) if value < best.value else best
+
+
 def _improve(task: _Task, draft: Draft, order: IntArray) -> _Candidate:
     """Rounds over the UAVs in ``order`` until none changes its plan, then polish. The draft becomes the candidate's."""
     if task.leaf is None:
         rounds = plan_rounds(task.scene, task.problem.starts, draft, order, task.problem.settings.rounds)
     else:
         rounds = _rounds_by(task.leaf, task, draft, order)
-    return _Candidate(draft, _polished_value(task, draft), rounds)
+    cold = Heat(np.zeros(task.problem.settings.polish_sweeps), 0)
+    return _Candidate(draft, _polished_value(task, draft, cold), rounds)
 
 
 def _rounds_by(leaf: LeafValue, task: _Task, draft: Draft, order: IntArray) -> Rounds:
@@ -163,15 +182,14 @@ def _pair(vector: FloatArray) -> tuple[float, float]:
     return float(vector[0]), float(vector[1])
 
 
-def _polished_value(task: _Task, draft: Draft) -> float:
+def _polished_value(task: _Task, draft: Draft, heat: Heat) -> float:
     """The fleet's price, all UAVs' energy included, once the draft's places lie between the moves where they may."""
     problem, order = task.problem, task.order
     if not order.size:
         return 0.0
     if problem.is_polished:
         paths = Paths(problem.start_m, problem.start_mps, draft.path_m, draft.vel_mps)
-        sweeps = problem.settings.polish_sweeps
-        cost, after, aoi = polish_and_price(task.scene, paths, draft.gap_m, order, task.legs, sweeps)
+        cost, after, aoi = polish_and_price(task.scene, paths, draft.gap_m, order, task.legs, heat)
     else:
         energy_j = np.sum([_energy_j(problem, int(uav), draft.actions) for uav in order], axis=0)
         cost, after, aoi = joint_price(task.scene, draft.path_m, energy_j, order)
@@ -218,12 +236,16 @@ def _draft(task: _Task, incumbent: Kept | None) -> Draft:
 
 def _without(problem: Problem, draft: Draft, uav: int) -> Draft:
     """A copy with one UAV's plan thrown away."""
-    copy = Draft(
-        draft.actions.copy(), draft.path_m.copy(), draft.vel_mps.copy(), draft.length.copy(), draft.gap_m.copy()
-    )
+    copy = _copy(draft)
     copy.actions[uav], copy.path_m[uav], copy.vel_mps[uav] = NO_MOVE, problem.start_m[uav], 0.0
     copy.length[uav], copy.gap_m[uav] = 0, np.inf
     return copy
+
+
+def _copy(draft: Draft) -> Draft:
+    return Draft(
+        draft.actions.copy(), draft.path_m.copy(), draft.vel_mps.copy(), draft.length.copy(), draft.gap_m.copy()
+    )
 
 
 def _follow(task: _Task, draft: Draft, actions: IntArray, uav: int) -> None:

@@ -7,8 +7,10 @@ exact coordinate descent, for the cost of one sum over users a place tried.
 
 A slot's way is a *leg*: from a place and velocity, at one cruising velocity, into the place and velocity at which it
 ends (``policy.world.motion.slot_motion``). Legs meet at a place and its velocity only, so with inertia too a shift
-concerns no more than the legs beside it. A turn is best shared by the two: what it costs in ground goes with the
-square of each part.
+concerns no more than the legs beside it. A turn is shared by the two, or all of it is in the one that has time for it.
+
+Polishing may also be *heated*: at a temperature above zero a place goes by chance to one of those tried, the more
+likely the cheaper it is (a heat bath). A falling temperature leads out of plans that no single shift improves.
 """
 
 from typing import NamedTuple
@@ -20,6 +22,7 @@ from policy.model.compiled import compiled
 from policy.search.kernel import NO_MOVE, Draft, Scene
 from policy.search.moves import Walls
 from policy.search.problem import VECTOR, Float32Array, Prices, Users
+from policy.world import motion
 from policy.world.arrays import FloatArray, IntArray
 
 ONE = np.float32(1.0)
@@ -31,12 +34,33 @@ DIRECTIONS = 10
 GOLDEN_RAD = 2.399963229728653
 """Turns each ring's directions so that no two slots and sweeps try the same ones."""
 LEAST_GAIN = 1e-7
-NEWTON_STEPS = 8
-NOT_FLYABLE, AS_IT_IS, TURNS_SHARED = range(3)
-"""How a shifted block can be flown: not, with its velocities as they are, or with those that share its turns."""
-CHORDS = 8
-"""Of a parabola: at 4.5 m/s2 and 8 s they leave it by 0.6 m."""
-LEG_MISS_M = 0.01
+HASH_STEP = np.int64(6364136223846793005)  # Knuth's multiplier (MMIX)
+HASH_SPREAD = np.int64(1442695040888963407)
+CHANCES = 4096
+GUMBEL = -np.log(-np.log((np.arange(CHANCES) + 0.5) / CHANCES))
+"""Quantiles of Gumbel's distribution: the least of prices less such noise is a draw of Boltzmann's."""
+STRAIGHT_STEPS = 3
+NEWTON_STEPS = 12
+SHORTER_STEPS = 6
+MOST_STEP_MPS = 8.0
+FASTEST_SHARE = 1.3
+"""Of the greatest speed: how fast a cruise may be on the way to its solution."""
+SLOPE_MPS = 1e-4
+"""Over which slopes of a leg's way are taken."""
+ROUNDING = 1e-4
+"""By what share a solution may be faster than allowed: it is flown no faster, for a few centimetres of its way."""
+NOT_FLYABLE, AS_IT_IS, TURNS_SHARED, TURNS_BEFORE, TURNS_AFTER = range(5)
+"""How a shifted block can be flown: not, with its velocities as they are, or with those that leave half of each turn to
+the slot before a place and half to the one after it, all to the one before, or all to the one after.
+"""
+FULL_SPEED_CHORD = 4.0
+"""Times the mean velocity over two slots is how fast the place between them is passed at most: at the speed of the ways
+beside it up to turns of 150 degrees, at rest in a reversal (what leads nearest to the corner by hand, within 1 m).
+"""
+REVERSAL_RAD, SLOW_SHARE, STRAIGHT_RAD, TINY = motion.REVERSAL_RAD, motion.SLOW_SHARE, motion.STRAIGHT_RAD, motion.TINY
+CHORD_S = 1.0
+"""A chord of a turn: at 4.5 m/s2 the turn leaves it by 0.6 m."""
+LEG_MISS_M = 1e-3
 """A leg ends this near to where it is to end."""
 
 
@@ -65,6 +89,13 @@ class Legs(NamedTuple):
     max_accel_mps2: float  # infinite: the paper's motion, velocities mean nothing
 
 
+class Heat(NamedTuple):
+    """How much chance there is in polishing."""
+
+    slots: FloatArray  # [S] temperature of each sweep, in the unit of the price; 0: to the cheapest place
+    seed: int
+
+
 class Paths(NamedTuple):
     """Where U UAVs are now and at the end of each slot, and how fast."""
 
@@ -82,6 +113,8 @@ class Around(NamedTuple):
     vel_mps: FloatArray  # [H, 2] at the slots' ends, shifted with the places
     others_gap_m: Float32Array  # [H, N]
     legs: Legs
+    heat_slots: float
+    chance: np.int64  # differs between sweeps and UAVs
 
 
 class Desk(NamedTuple):
@@ -131,18 +164,20 @@ def take_up(
 
 @compiled
 def polish_and_price(
-    scene: Scene, paths: Paths, gap_m: Float32Array, order: IntArray, legs: Legs, sweeps: int
+    scene: Scene, paths: Paths, gap_m: Float32Array, order: IntArray, legs: Legs, heat: Heat
 ) -> tuple[float, float, Float32Array]:
     """``polish``, ``ways_j`` and ``joint_price`` in one call: each call has its price."""
     if scene.users.aoi_slots.size > 0:
-        polish(scene, paths, gap_m, order, legs, sweeps)
+        polish(scene, paths, gap_m, order, legs, heat)
     return joint_price(scene, paths.place_m, ways_j(scene, paths.start_m, paths.place_m, order), order)
 
 
 @compiled
-def polish(scene: Scene, paths: Paths, gap_m: Float32Array, order: IntArray, legs: Legs, sweeps: int) -> None:
-    """Improve ``paths`` in place for the UAVs in ``order``; others stay. ``gap_m`` [U, H, N] is written: metres from
-    where each of them serves for sure to each user; it must be infinite for the others.
+def polish(scene: Scene, paths: Paths, gap_m: Float32Array, order: IntArray, legs: Legs, heat: Heat) -> None:
+    """Change ``paths`` in place for the UAVs in ``order``, for the better where there is no heat; others stay.
+
+    ``gap_m`` [U, H, N] is written: metres from where each of them serves for sure to each user; it must be infinite
+    for the others.
     """
     horizon, count = scene.users.east_m.shape
     for uav in order:
@@ -151,10 +186,13 @@ def polish(scene: Scene, paths: Paths, gap_m: Float32Array, order: IntArray, leg
             _gaps(scene.users, depth, path_m[depth, 0], path_m[depth, 1], own_gap_m)
     desk = make_desk(scene.prices, horizon, count)
     others = np.empty((horizon, count), np.float32)
-    for sweep in range(sweeps):
+    for sweep in range(heat.slots.size):
         for uav in order:
             _nearest_other(gap_m, order, uav, others)
-            around = Around(paths.start_m[uav], paths.start_mps[uav], paths.vel_mps[uav], others, legs)
+            chance = _mix(_mix(np.int64(heat.seed), sweep), uav)
+            around = Around(
+                paths.start_m[uav], paths.start_mps[uav], paths.vel_mps[uav], others, legs, heat.slots[sweep], chance
+            )
             _sweep(scene, around, desk, paths.place_m[uav], gap_m[uav], sweep)
 
 
@@ -309,9 +347,11 @@ def _shift(scene: Scene, around: Around, desk: Desk, path_m: FloatArray, where: 
         else:
             place = np.float32(e_0 + d_e), np.float32(n_0 + d_n)
             price = _price_two(desk, count, cover, place, (np.float32(e_1 + d_e), np.float32(n_1 + d_n)))
-        if energy_price > 0.0 and price < best:  # energy only adds to it
+        if energy_price > 0.0 and (price < best or around.heat_slots > 0.0):  # energy only adds to it
             price += energy_price * _cruise_j(cruise_j, cruise_step_m, np.sqrt(in_2))
             price += energy_price * _cruise_j(cruise_j, cruise_step_m, np.sqrt(out_2)) if ends[4] > 0.0 else 0.0
+        if around.heat_slots > 0.0:
+            price -= around.heat_slots * _noise(around.chance, depth, trial)
         if price < best - LEAST_GAIN:
             manner = AS_IT_IS if trial < 0 else _manner(scene.walls, around, path_m, (depth, last), (d_e, d_n))
             if manner != NOT_FLYABLE:
@@ -319,9 +359,22 @@ def _shift(scene: Scene, around: Around, desk: Desk, path_m: FloatArray, where: 
     for slot in range(depth, last + 1):
         path_m[slot, 0] += best_e
         path_m[slot, 1] += best_n
-    if best_manner == TURNS_SHARED:
+    if best_manner != AS_IT_IS:
         for slot in range(depth, last + 1):
-            around.vel_mps[slot] = _shared_turn(around, path_m, slot, (0, -1), (0.0, 0.0))
+            around.vel_mps[slot] = _velocity_at(around, path_m, slot, (0, -1), (0.0, 0.0), best_manner)
+
+
+@compiled
+def _mix(code: np.int64, value: int) -> np.int64:
+    """Fold a number into a hash."""
+    code = (code ^ (code >> np.int64(29))) * HASH_STEP
+    return code + np.int64(value + 1) * HASH_SPREAD
+
+
+@compiled
+def _noise(chance: np.int64, depth: int, trial: int) -> float:
+    """One of Gumbel's quantiles by chance."""
+    return float(GUMBEL[(_mix(_mix(chance, depth), trial) >> np.int64(40)) & np.int64(CHANCES - 1)])
 
 
 @compiled
@@ -361,10 +414,11 @@ def _manner(walls: Walls, around: Around, path_m: FloatArray, block: tuple[int, 
     """How a shifted block can be flown, if at all; ways within reach of the paper's motion need no more than room."""
     if around.legs.max_accel_mps2 == np.inf:
         is_open = walls.box_m.shape[0] == 0
-        return AS_IT_IS if is_open or _flyable(walls, around, path_m, block, by_m, False) else NOT_FLYABLE
-    if _flyable(walls, around, path_m, block, by_m, True):
-        return TURNS_SHARED
-    return AS_IT_IS if _flyable(walls, around, path_m, block, by_m, False) else NOT_FLYABLE
+        return AS_IT_IS if is_open or _flyable(walls, around, path_m, block, by_m, AS_IT_IS) else NOT_FLYABLE
+    for manner in (TURNS_SHARED, TURNS_BEFORE, TURNS_AFTER, AS_IT_IS):
+        if _flyable(walls, around, path_m, block, by_m, manner):
+            return manner
+    return NOT_FLYABLE
 
 
 @compiled
@@ -380,20 +434,29 @@ def _place(
 
 
 @compiled
-def _shared_turn(
-    around: Around, path_m: FloatArray, slot: int, block: tuple[int, int], by_m: tuple[float, float]
+def _velocity_at(
+    around: Around,
+    path_m: FloatArray,
+    slot: int,
+    block: tuple[int, int],
+    by_m: tuple[float, float],
+    manner: int,
 ) -> tuple[float, float]:
-    """The velocity at the end of a slot that leaves half of the turn to each of its neighbours."""
+    """The velocity at the end of a slot that turns in such a manner."""
     legs = around.legs
     before, here = _place(around, path_m, slot - 1, block, by_m), _place(around, path_m, slot, block, by_m)
-    if slot + 1 < path_m.shape[0]:
-        after = _place(around, path_m, slot + 1, block, by_m)
-        east, north = (after[0] - before[0]) / 2.0, (after[1] - before[1]) / 2.0
-    else:
-        east, north = here[0] - before[0], here[1] - before[1]
-    east, north = east / legs.slot_s, north / legs.slot_s
-    share = min(1.0, legs.max_speed_mps / max(np.sqrt(east * east + north * north), 1e-9))
-    return east * share, north * share
+    way_in = here[0] - before[0], here[1] - before[1]
+    if manner == TURNS_AFTER or slot + 1 == path_m.shape[0]:
+        return _no_faster((way_in[0] / legs.slot_s, way_in[1] / legs.slot_s), legs.max_speed_mps)
+    after = _place(around, path_m, slot + 1, block, by_m)
+    way_out = after[0] - here[0], after[1] - here[1]
+    if manner == TURNS_BEFORE:
+        return _no_faster((way_out[0] / legs.slot_s, way_out[1] / legs.slot_s), legs.max_speed_mps)
+    mean_mps = (way_in[0] + way_out[0]) / (2.0 * legs.slot_s), (way_in[1] + way_out[1]) / (2.0 * legs.slot_s)
+    speed_mps = 0.5 * (_apart(way_in, (0.0, 0.0)) + _apart(way_out, (0.0, 0.0))) / legs.slot_s
+    chord_mps = _apart(mean_mps, (0.0, 0.0))
+    share = min(FULL_SPEED_CHORD, min(speed_mps, legs.max_speed_mps) / max(chord_mps, TINY))
+    return share * mean_mps[0], share * mean_mps[1]
 
 
 @compiled
@@ -403,7 +466,7 @@ def _flyable(
     path_m: FloatArray,
     block: tuple[int, int],
     by_m: tuple[float, float],
-    shares_turns: bool,
+    manner: int,
 ) -> bool:
     """All legs into, within and out of a shifted block can be flown: its velocities as they are, or turns shared."""
     place, vel = _place(around, path_m, block[0] - 1, block, by_m), (around.start_mps[0], around.start_mps[1])
@@ -411,8 +474,8 @@ def _flyable(
         vel = around.vel_mps[block[0] - 1, 0], around.vel_mps[block[0] - 1, 1]
     for slot in range(block[0], min(block[1] + 2, path_m.shape[0])):
         to_place, to_vel = _place(around, path_m, slot, block, by_m), (around.vel_mps[slot, 0], around.vel_mps[slot, 1])
-        if shares_turns and slot <= block[1]:
-            to_vel = _shared_turn(around, path_m, slot, block, by_m)
+        if manner != AS_IT_IS and slot <= block[1]:
+            to_vel = _velocity_at(around, path_m, slot, block, by_m, manner)
         if not flies(walls, around.legs, place, vel, to_place, to_vel):
             return False
         place, vel = to_place, to_vel
@@ -422,8 +485,8 @@ def _flyable(
 @compiled
 def _share_turns(walls: Walls, around: Around, path_m: FloatArray, slot: int) -> None:
     """Give a place the velocity that shares its turn, where that can be flown: room for shifts to come."""
-    if _flyable(walls, around, path_m, (slot, slot), (0.0, 0.0), True):
-        around.vel_mps[slot] = _shared_turn(around, path_m, slot, (slot, slot), (0.0, 0.0))
+    if _flyable(walls, around, path_m, (slot, slot), (0.0, 0.0), TURNS_SHARED):
+        around.vel_mps[slot] = _velocity_at(around, path_m, slot, (slot, slot), (0.0, 0.0), TURNS_SHARED)
 
 
 @compiled
@@ -470,13 +533,68 @@ def _end_of_leg(
     to_mps: tuple[float, float],
 ) -> tuple[float, float]:
     """Where a leg ends (policy.world.motion.slot_motion)."""
-    half = 0.5 / legs.max_accel_mps2
-    a_e, a_n = cruise_mps[0] - from_mps[0], cruise_mps[1] - from_mps[1]
-    b_e, b_n = to_mps[0] - cruise_mps[0], to_mps[1] - cruise_mps[1]
-    a, b = np.sqrt(a_e * a_e + a_n * a_n), np.sqrt(b_e * b_e + b_n * b_n)
+    way_e, way_n, _, _ = _leg(legs, from_mps, cruise_mps, to_mps)
+    return from_m[0] + way_e, from_m[1] + way_n
+
+
+@compiled
+def _leg(
+    legs: Legs, from_mps: tuple[float, float], cruise_mps: tuple[float, float], to_mps: tuple[float, float]
+) -> tuple[float, float, tuple[float, float], tuple[float, float]]:
+    """A leg's way, east and north, and its two turns: half of the bend and time of each."""
+    first = turn(legs, from_mps, cruise_mps, legs.slot_s - _apart(cruise_mps, to_mps) / legs.max_accel_mps2)
+    last = turn(legs, cruise_mps, to_mps, legs.slot_s - first[1])
+    first_e, first_n = turn_way(from_mps, cruise_mps, first, 1.0)
+    last_e, last_n = turn_way(cruise_mps, to_mps, last, 1.0)
+    steady_s = legs.slot_s - first[1] - last[1]
+    return first_e + cruise_mps[0] * steady_s + last_e, first_n + cruise_mps[1] * steady_s + last_n, first, last
+
+
+@compiled
+def turn(legs: Legs, from_mps: tuple[float, float], to_mps: tuple[float, float], most_s: float) -> tuple[float, float]:
+    """policy.world.motion.make_turn: half of the angle that its arc bends by, and its time."""
+    straight_s = _apart(from_mps, to_mps) / legs.max_accel_mps2
+    cross = from_mps[0] * to_mps[1] - from_mps[1] * to_mps[0]
+    angle_rad = np.arctan2(cross, from_mps[0] * to_mps[0] + from_mps[1] * to_mps[1])
+    one, other = _apart(from_mps, (0.0, 0.0)), _apart(to_mps, (0.0, 0.0))
+    bend = min(max((np.pi - abs(angle_rad)) / REVERSAL_RAD, 0.0), 1.0)
+    bend *= min(min(one, other) / (SLOW_SHARE * max(one, other) + TINY), 1.0)
+    half_rad = _bent(0.5 * angle_rad * bend)
+    longer_s = straight_s * (half_rad / np.sin(half_rad)) - straight_s
+    if longer_s > most_s - straight_s:
+        half_rad = _bent(half_rad * max(most_s - straight_s, 0.0) / (longer_s + TINY))
+        return half_rad, straight_s * (half_rad / np.sin(half_rad))
+    return half_rad, straight_s + longer_s
+
+
+@compiled
+def _bent(half_rad: float) -> float:
+    return half_rad if abs(half_rad) >= STRAIGHT_RAD else STRAIGHT_RAD
+
+
+@compiled
+def _apart(one: tuple[float, float], other: tuple[float, float]) -> float:
+    east, north = other[0] - one[0], other[1] - one[1]
+    return float(np.sqrt(east * east + north * north))
+
+
+@compiled
+def turn_way(
+    from_mps: tuple[float, float], to_mps: tuple[float, float], bend: tuple[float, float], share: float
+) -> tuple[float, float]:
+    """Way after a share of a turn's time, east and north (policy.world.motion.turn_motion)."""
+    half_rad, time_s = bend
+    sin, cos = np.sin(half_rad), np.cos(half_rad)
+    if share == 1.0:
+        along, across = 0.5, 0.5 * (cos / sin - 1.0 / half_rad)
+    else:
+        bent = half_rad * share
+        p, q = np.sin(2.0 * bent) / (2.0 * half_rad) - share, np.sin(bent) ** 2 / half_rad
+        along, across = (cos * q - sin * p) / (2.0 * sin), -(cos * p + sin * q) / (2.0 * sin)
+    d_e, d_n = to_mps[0] - from_mps[0], to_mps[1] - from_mps[1]
     return (
-        from_m[0] + cruise_mps[0] * legs.slot_s - half * (a * a_e - b * b_e),
-        from_m[1] + cruise_mps[1] * legs.slot_s - half * (a * a_n - b * b_n),
+        time_s * (share * from_mps[0] + along * d_e - across * d_n),
+        time_s * (share * from_mps[1] + along * d_n + across * d_e),
     )
 
 
@@ -495,47 +613,60 @@ def flies(
         return False
     if legs.max_accel_mps2 == np.inf:
         return _inside(walls, to_m) and not _meets(walls, from_m, to_m)
-    accel = legs.max_accel_mps2
-    first_s = np.sqrt((east - from_mps[0]) ** 2 + (north - from_mps[1]) ** 2) / accel
-    last_s = np.sqrt((to_mps[0] - east) ** 2 + (to_mps[1] - north) ** 2) / accel
-    brake_s = np.sqrt(to_mps[0] ** 2 + to_mps[1] ** 2) / accel
-    turned = from_m[0] + 0.5 * first_s * (from_mps[0] + east), from_m[1] + 0.5 * first_s * (from_mps[1] + north)
-    turning = to_m[0] - 0.5 * last_s * (to_mps[0] + east), to_m[1] - 0.5 * last_s * (to_mps[1] + north)
-    # A change of velocity is a parabola: it stays within the triangle of its ends and this point.
-    bend = from_m[0] + 0.5 * first_s * from_mps[0], from_m[1] + 0.5 * first_s * from_mps[1]
-    bend_2 = to_m[0] - 0.5 * last_s * to_mps[0], to_m[1] - 0.5 * last_s * to_mps[1]
+    cruise_mps = east, north
+    _, _, first, last = _leg(legs, from_mps, cruise_mps, to_mps)
+    first_m, last_m = turn_way(from_mps, cruise_mps, first, 1.0), turn_way(cruise_mps, to_mps, last, 1.0)
+    turned = from_m[0] + first_m[0], from_m[1] + first_m[1]
+    turning = to_m[0] - last_m[0], to_m[1] - last_m[1]
+    brake_s = _apart(to_mps, (0.0, 0.0)) / legs.max_accel_mps2
     rest = to_m[0] + 0.5 * brake_s * to_mps[0], to_m[1] + 0.5 * brake_s * to_mps[1]
-    for point in (bend, turned, turning, bend_2, to_m, rest):
+    for point in (turned, turning, to_m, rest):
         if not _inside(walls, point):
             return False
-    if walls.box_m.shape[0] == 0:
-        return True
-    if _meets(walls, turned, turning) or _meets(walls, to_m, rest):
+    if walls.box_m.shape[0] > 0 and (_meets(walls, turned, turning) or _meets(walls, to_m, rest)):
         return False
-    cruise_mps = east, north
-    return not (
-        _meets_turning(walls, from_m, from_mps, cruise_mps, first_s)
-        or _meets_turning(walls, turning, cruise_mps, to_mps, last_s)
+    return _turns_clear(walls, legs, from_m, from_mps, cruise_mps, first) and _turns_clear(
+        walls, legs, turning, cruise_mps, to_mps, last
     )
 
 
 @compiled
-def _meets_turning(
-    walls: Walls, from_m: tuple[float, float], from_mps: tuple[float, float], to_mps: tuple[float, float], time_s: float
+def _turns_clear(
+    walls: Walls,
+    legs: Legs,
+    from_m: tuple[float, float],
+    from_mps: tuple[float, float],
+    to_mps: tuple[float, float],
+    bend: tuple[float, float],
 ) -> bool:
-    """The parabola of a change of velocity comes within the margin of an obstacle, by chords of it."""
-    before = from_m
-    for chord in range(1, CHORDS + 1):
-        share = chord / CHORDS
-        lead = 0.5 * share * share * time_s
-        after = (
-            from_m[0] + share * time_s * from_mps[0] + lead * (to_mps[0] - from_mps[0]),
-            from_m[1] + share * time_s * from_mps[1] + lead * (to_mps[1] - from_mps[1]),
-        )
-        if _meets(walls, before, after):
+    """A turn that begins and ends inside stays inside and clear of obstacles, by chords of it.
+
+    Its velocity turns by half a circle at most: to east or north it goes back where its ends differ in direction,
+    and elsewhere lies between its ends.
+    """
+    turns_east, turns_north = from_mps[0] * to_mps[0] < 0.0, from_mps[1] * to_mps[1] < 0.0
+    if walls.box_m.shape[0] == 0:
+        far_m = bend[1] * max(_apart(from_mps, (0.0, 0.0)), _apart(to_mps, (0.0, 0.0)))
+        far_e, far_n = (far_m if turns_east else 0.0), (far_m if turns_north else 0.0)
+        if _inside(walls, (from_m[0] - far_e, from_m[1] - far_n)) and _inside(
+            walls, (from_m[0] + far_e, from_m[1] + far_n)
+        ):
             return True
+    chords = max(int(np.ceil(bend[1] / CHORD_S)), 1)
+    beside_m = legs.max_accel_mps2 * (bend[1] / chords) ** 2 / 8.0
+    beside_e, beside_n = (beside_m if turns_east else 0.0), (beside_m if turns_north else 0.0)
+    before = from_m
+    for chord in range(1, chords + 1):
+        way = turn_way(from_mps, to_mps, bend, chord / chords)
+        after = from_m[0] + way[0], from_m[1] + way[1]
+        within = chord == chords or (
+            _inside(walls, (after[0] - beside_e, after[1] - beside_n))
+            and _inside(walls, (after[0] + beside_e, after[1] + beside_n))
+        )
+        if not within or _meets(walls, before, after):
+            return False
         before = after
-    return False
+    return True
 
 
 @compiled
@@ -546,34 +677,72 @@ def cruise(
     to_m: tuple[float, float],
     to_mps: tuple[float, float],
 ) -> tuple[float, float, bool]:
-    """The velocity flown between the two changes of a leg, east and north, and whether there is one.
+    """The velocity flown between the two turns of a leg, east and north, and whether there is one.
 
-    Solves tau u - |u - v0| (u - v0) / 2a - |u - v1| (u - v1) / 2a = way by Newton's method.
+    By Newton's method, from the velocity that would do if velocities changed straight; a step is shortened until it
+    comes nearer. It may find none where there is one: beside reversals, where a bend may be to the left or the right.
     """
-    way_e, way_n = to_m[0] - from_m[0], to_m[1] - from_m[1]
-    east, north = way_e / legs.slot_s, way_n / legs.slot_s
-    most_2 = legs.max_speed_mps**2 * (1.0 + 1e-9)
+    way = to_m[0] - from_m[0], to_m[1] - from_m[1]
+    at = way[0] / legs.slot_s, way[1] / legs.slot_s
     if legs.max_accel_mps2 == np.inf:
-        return east, north, east * east + north * north <= most_2
-    half = 0.5 / legs.max_accel_mps2
+        return at[0], at[1], at[0] * at[0] + at[1] * at[1] <= (legs.max_speed_mps * (1.0 + ROUNDING)) ** 2
+    at = _no_faster(_straight_cruise(legs, from_mps, way, to_mps), legs.max_speed_mps)
+    east, north, _, _ = _leg(legs, from_mps, at, to_mps)
+    off_e, off_n = east - way[0], north - way[1]
     for _ in range(NEWTON_STEPS):
-        a_e, a_n = east - from_mps[0], north - from_mps[1]
-        b_e, b_n = east - to_mps[0], north - to_mps[1]
-        a, b = np.sqrt(a_e * a_e + a_n * a_n), np.sqrt(b_e * b_e + b_n * b_n)
-        miss_e = legs.slot_s * east - half * (a * a_e + b * b_e) - way_e
-        miss_n = legs.slot_s * north - half * (a * a_n + b * b_n) - way_n
-        in_time = a + b <= legs.max_accel_mps2 * legs.slot_s
-        if miss_e * miss_e + miss_n * miss_n < LEG_MISS_M * LEG_MISS_M:
-            return east, north, in_time and east * east + north * north <= most_2
-        j_ee = legs.slot_s - half * (a + b + a_e * a_e / max(a, 1e-9) + b_e * b_e / max(b, 1e-9))
-        j_nn = legs.slot_s - half * (a + b + a_n * a_n / max(a, 1e-9) + b_n * b_n / max(b, 1e-9))
-        j_en = -half * (a_e * a_n / max(a, 1e-9) + b_e * b_n / max(b, 1e-9))
+        if off_e * off_e + off_n * off_n < LEG_MISS_M * LEG_MISS_M:
+            break
+        east_e, east_n, _, _ = _leg(legs, from_mps, (at[0] + SLOPE_MPS, at[1]), to_mps)
+        north_e, north_n, _, _ = _leg(legs, from_mps, (at[0], at[1] + SLOPE_MPS), to_mps)
+        j_ee, j_ne = (east_e - way[0] - off_e) / SLOPE_MPS, (east_n - way[1] - off_n) / SLOPE_MPS
+        j_en, j_nn = (north_e - way[0] - off_e) / SLOPE_MPS, (north_n - way[1] - off_n) / SLOPE_MPS
+        det = j_ee * j_nn - j_en * j_ne
+        if abs(det) < 1e-3:
+            break
+        d_e, d_n = (j_en * off_n - j_nn * off_e) / det, (j_ne * off_e - j_ee * off_n) / det
+        share = min(1.0, MOST_STEP_MPS / np.sqrt(d_e * d_e + d_n * d_n))
+        for _ in range(SHORTER_STEPS):
+            then = _no_faster((at[0] + share * d_e, at[1] + share * d_n), FASTEST_SHARE * legs.max_speed_mps)
+            east, north, _, _ = _leg(legs, from_mps, then, to_mps)
+            then_e, then_n = east - way[0], north - way[1]
+            if then_e * then_e + then_n * then_n < off_e * off_e + off_n * off_n:
+                break
+            share *= 0.4
+        else:
+            break
+        at, off_e, off_n = then, then_e, then_n
+    found = off_e * off_e + off_n * off_n < LEG_MISS_M * LEG_MISS_M
+    found = found and at[0] * at[0] + at[1] * at[1] <= (legs.max_speed_mps * (1.0 + ROUNDING)) ** 2
+    in_time = _apart(from_mps, at) + _apart(at, to_mps) <= legs.max_accel_mps2 * legs.slot_s
+    return at[0], at[1], found and in_time
+
+
+@compiled
+def _straight_cruise(
+    legs: Legs, from_mps: tuple[float, float], way_m: tuple[float, float], to_mps: tuple[float, float]
+) -> tuple[float, float]:
+    """Near to the root of tau u - |u - v0| (u - v0) / 2a - |u - v1| (u - v1) / 2a = way."""
+    east, north, half = way_m[0] / legs.slot_s, way_m[1] / legs.slot_s, 0.5 / legs.max_accel_mps2
+    for _ in range(STRAIGHT_STEPS):
+        a_e, a_n, b_e, b_n = east - from_mps[0], north - from_mps[1], east - to_mps[0], north - to_mps[1]
+        a, b = max(np.sqrt(a_e * a_e + a_n * a_n), 1e-9), max(np.sqrt(b_e * b_e + b_n * b_n), 1e-9)
+        miss_e = legs.slot_s * east - half * (a * a_e + b * b_e) - way_m[0]
+        miss_n = legs.slot_s * north - half * (a * a_n + b * b_n) - way_m[1]
+        j_ee = legs.slot_s - half * (a + b + a_e * a_e / a + b_e * b_e / b)
+        j_nn = legs.slot_s - half * (a + b + a_n * a_n / a + b_n * b_n / b)
+        j_en = -half * (a_e * a_n / a + b_e * b_n / b)
         det = j_ee * j_nn - j_en * j_en
-        if det < 1e-6 or not in_time:
-            return east, north, False
+        if det < 1e-3:
+            break
         east -= (j_nn * miss_e - j_en * miss_n) / det
         north -= (j_ee * miss_n - j_en * miss_e) / det
-    return east, north, False
+    return east, north
+
+
+@compiled
+def _no_faster(vel_mps: tuple[float, float], limit_mps: float) -> tuple[float, float]:
+    share = min(1.0, limit_mps / max(_apart(vel_mps, (0.0, 0.0)), TINY))
+    return share * vel_mps[0], share * vel_mps[1]
 
 
 @compiled

@@ -15,6 +15,8 @@ HALF_TURNS_RAD = (math.pi / 4, -math.pi / 4)
 LAST_WEIGHT = 2.0
 """Slots. What phones still hold when a campaign ends is lost: on KAIST a fifth of that for 0.04 % of AoI."""
 MANY_UAVS = 4
+HEATED_SWEEPS = 60
+"""They add half to the time of a decision."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,7 @@ class SearchSettings:
     discount: float = 1.0  # a slot; Eq. 7 weighs all slots alike
     last_weight: float = 0.0  # of ages when the campaign ends, beside their own slot: what phones still hold is lost
     polish_sweeps: int = 0  # along every path, to places between the moves
+    heated_sweeps: int = 0  # more of them along the best plan found, while a temperature falls
     thrift: float = 0.0  # slots of mean AoI that the energy of one slot at full speed is worth beside the objective
     follow_m: float = 0.0  # how far beside its plan a UAV may be when a slot ends: plans keep off the discs' edges
     cell_m: float = 30.0  # paths that end in one cell with one AoI of every user are one path
@@ -44,8 +47,8 @@ class SearchSettings:
             raise ValueError(f"speed_shares must lie in (0, 1] and not be empty: {self.speed_shares}")
         if (
             not 0.0 < self.discount <= 1.0
-            or min(self.leaf_weight, self.last_weight, self.rebuilds, self.polish_sweeps, self.thrift, self.follow_m)
-            < 0.0
+            or min(self.leaf_weight, self.last_weight, self.rebuilds, self.thrift, self.follow_m) < 0.0
+            or min(self.polish_sweeps, self.heated_sweeps) < 0
             or self.cell_m <= 0.0
         ):
             raise ValueError(f"need 0 < discount <= 1, cell_m > 0 and nothing negative: {self}")
@@ -72,14 +75,17 @@ def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
                 follow_m=FOLLOW_M,
             )
         right_angle_s = math.sqrt(2.0) * scenario.max_speed_mps / scenario.max_accel_mps2
-        halves = right_angle_s > 0.5 * scenario.slot_s and not many and not scenario.blocking_obstacles
+        is_wide = not many and not scenario.blocking_obstacles  # a move beside walls costs far more to try
+        halves = is_wide and right_angle_s > 0.5 * scenario.slot_s
+        beam = 128 if is_wide else 12 if many else 32
         return SearchSettings(
             horizon_slots=12,
-            beam=12 if many else 32 if scenario.blocking_obstacles else 64,  # a move beside walls costs far more to try
+            beam=beam,
             rebuilds=1 if many else 2,
             speed_shares=(0.55, 1.0),
             end_turns_rad=HALF_TURNS_RAD if halves else (),
             polish_sweeps=3 if many else 6,
+            heated_sweeps=HEATED_SWEEPS if is_wide else 0,
             discount=0.98,
             last_weight=LAST_WEIGHT,
             thrift=THRIFT,

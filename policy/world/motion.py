@@ -1,32 +1,98 @@
-"""How a UAV moves within a slot: toward the commanded velocity at limited acceleration, then steadily.
+"""How a UAV moves within a slot: it turns into the commanded velocity at limited acceleration, then flies steadily.
 
-With an infinite limit this is the paper's motion, v tau in any direction. The velocity changes along the
-straight line between old and new velocity at ``max_accel_mps2``, which is what a multirotor held to a lean
-angle does. A slot may also end on the way into the next one (*pre-turn*): then a second change of velocity begins
-as late as it can and is complete when the slot ends.
+With an infinite limit this is the paper's motion, v tau in any direction. Otherwise the velocity changes along a
+circular arc in the plane of velocities, at ``max_accel_mps2`` all the way. Between equal speeds the arc keeps the
+speed: that is the coordinated turn of a flight dynamics book, and it leaves a right angle at 18 m/s and 4.5 m/s^2
+10 m nearer to the corner than braking and speeding up in one straight change of velocity would. A straight change
+is what remains of the arc where there is nothing to turn about: to and from rest, and in a reversal. No arc is ever
+faster than the faster of its ends, and none takes longer than the slot leaves it.
+
+A slot may also end on the way into the next one (*pre-turn*): then a second change of velocity begins as late as it
+can and is complete when the slot ends.
 """
+
+import math
+from typing import NamedTuple
 
 from policy.world.arrays import Array, array_namespace, norm
 
 SAMPLES_PER_SLOT = 31
 """Points of a slot's path, ends included: 0.5 s apart in a slot of 15 s."""
+REVERSAL_RAD = math.radians(15.0)
+"""Nearer than this to a reversal arcs flatten, to the straight line that a reversal is."""
+SLOW_SHARE = 0.5
+"""Arcs flatten as well where one speed is less than this share of the other."""
+STRAIGHT_RAD = 1e-8
+"""Half of the least bend that is told from none: no turn leaves its straight line by a micrometre."""
+TINY = 1e-12
+
+
+class Turn(NamedTuple):
+    """A change of velocity, [...] of them. With d the change and x half of the angle that its arc bends by, the
+    velocity after a share s of its time is v + d exp(-i x (1 - s)) sin(x s) / sin x (east + i north).
+    """
+
+    vel_from_mps: Array  # [..., 2]
+    change_mps: Array  # [..., 2]
+    half_rad: Array  # [...] positive: counterclockwise; never 0, see STRAIGHT_RAD
+    time_s: Array  # [...]
 
 
 def change_time_s(vel_from_mps: Array, vel_to_mps: Array, max_accel_mps2: float) -> Array:
-    """Time until the new velocity is reached: [..., 2], [..., 2] -> [...]; 0 for an infinite limit."""
+    """The least time, straight, until the new velocity is reached: [..., 2], [..., 2] -> [...]; 0 at no limit."""
     return norm(vel_to_mps - vel_from_mps) / max_accel_mps2
 
 
+def make_turn(vel_from_mps: Array, vel_to_mps: Array, max_accel_mps2: float, most_s: Array | float) -> Turn:
+    """Velocities [..., 2] at a finite limit; an arc that would take longer than ``most_s`` [...] is flattened until it
+    does not, or is straight.
+    """
+    xp = array_namespace(vel_from_mps, vel_to_mps)
+    vel_from_mps, vel_to_mps = xp.broadcast_arrays(vel_from_mps, vel_to_mps)
+    change_mps = vel_to_mps - vel_from_mps
+    straight_s = norm(change_mps) / max_accel_mps2
+    from_e, from_n, to_e, to_n = (*_parts(vel_from_mps), *_parts(vel_to_mps))
+    angle_rad = xp.atan2(from_e * to_n - from_n * to_e, from_e * to_e + from_n * to_n)
+    speeds = norm(vel_from_mps), norm(vel_to_mps)
+    slow, fast = xp.minimum(*speeds), xp.maximum(*speeds)
+    bend = xp.clip((math.pi - xp.abs(angle_rad)) / REVERSAL_RAD, 0.0, 1.0)
+    bend = bend * xp.clip(slow / (SLOW_SHARE * fast + TINY), 0.0, 1.0)
+    half_rad = _bent(0.5 * angle_rad * bend)
+    longer_s = straight_s * (half_rad / xp.sin(half_rad)) - straight_s
+    # x / sin x is convex: flattened by this share, an arc takes no more than what is left.
+    half_rad = _bent(half_rad * xp.clip((most_s - straight_s) / (longer_s + TINY), 0.0, 1.0))
+    return Turn(vel_from_mps, change_mps, half_rad, straight_s * (half_rad / xp.sin(half_rad)))
+
+
+def turn_motion(turn: Turn, time_s: Array) -> tuple[Array, Array]:
+    """Way [..., 2] and velocity [..., 2] after ``time_s`` [...]: the turn, then steady flight."""
+    xp = array_namespace(turn.change_mps)
+    half_rad, total_s, time_s = xp.broadcast_arrays(turn.half_rad, turn.time_s, time_s)
+    turning_s = xp.minimum(time_s, total_s)
+    share = xp.where(total_s > 0.0, turning_s / (total_s + (total_s <= 0.0)), xp.ones_like(total_s))
+    bent, left = half_rad * share, half_rad * (1.0 - share)
+    sin = xp.sin(half_rad)
+    reached = xp.sin(bent) / sin
+    vel_mps = turn.vel_from_mps + _turned(turn.change_mps, reached * xp.cos(left), -reached * xp.sin(left))
+    # The integral of reached exp(-i left) over the share: exp(-i x) / (2 i sin x) ((exp(2 i x s) - 1) / (2 i x) - s)
+    along, across = xp.sin(2.0 * bent) / (2.0 * half_rad) - share, xp.sin(bent) ** 2 / half_rad
+    cos = xp.cos(half_rad)
+    mean_along = (cos * across - sin * along) / (2.0 * sin)
+    mean_across = -(cos * along + sin * across) / (2.0 * sin)
+    way_m = turn.vel_from_mps * turning_s[..., None] + _turned(
+        turn.change_mps, total_s * mean_along, total_s * mean_across
+    )
+    return way_m + (turn.vel_from_mps + turn.change_mps) * (time_s - turning_s)[..., None], vel_mps
+
+
 def velocity_mps(vel_from_mps: Array, vel_to_mps: Array, max_accel_mps2: float, time_s: Array) -> Array:
-    """Velocity after ``time_s`` [...]: velocities [..., 2] -> [..., 2]."""
-    remaining, _ = _remaining(vel_from_mps, vel_to_mps, max_accel_mps2, time_s)
-    return vel_to_mps - remaining[..., None] * (vel_to_mps - vel_from_mps)
+    """Velocity after ``time_s`` [...] of flight toward one velocity, however long it takes: [..., 2] -> [..., 2]."""
+    return _toward(vel_from_mps, vel_to_mps, max_accel_mps2, time_s, math.inf)[1]
 
 
 def displacement_m(vel_from_mps: Array, vel_to_mps: Array, max_accel_mps2: float, time_s: Array) -> Array:
-    """Way travelled in ``time_s`` [...]: velocities [..., 2] -> [..., 2]."""
-    _, lag_s = _remaining(vel_from_mps, vel_to_mps, max_accel_mps2, time_s)
-    return vel_to_mps * time_s[..., None] - lag_s[..., None] * (vel_to_mps - vel_from_mps)
+    """Way travelled in ``time_s`` [...] toward one velocity, however long it takes: [..., 2] -> [..., 2]."""
+    return _toward(vel_from_mps, vel_to_mps, max_accel_mps2, time_s, math.inf)[0]
 
 
 def slot_times_s(like: Array, slot_s: float, samples: int = SAMPLES_PER_SLOT) -> Array:
@@ -46,22 +112,22 @@ def slot_motion(
     """Way [..., 2] and velocity [..., 2] after ``time_s`` [...] of a slot that ends at ``vel_end_mps``.
 
     None: the slot ends at the velocity commanded. The turn into ``vel_end_mps`` begins as late as it can, but not
-    before ``vel_to_mps`` is reached: what is too much for one slot is not complete when it ends.
+    before ``vel_to_mps`` is reached: what is too much for one slot is not complete when it ends. The first turn has the
+    time that a straight change into ``vel_end_mps`` leaves, the last one what the first has left.
     """
-    way_m = displacement_m(vel_from_mps, vel_to_mps, max_accel_mps2, time_s)
-    vel_mps = velocity_mps(vel_from_mps, vel_to_mps, max_accel_mps2, time_s)
+    if math.isinf(max_accel_mps2):
+        return _toward(vel_from_mps, vel_to_mps, max_accel_mps2, time_s, slot_s)
     if vel_end_mps is None:
-        return way_m, vel_mps
+        return _toward(vel_from_mps, vel_to_mps, max_accel_mps2, time_s, slot_s)
     xp = array_namespace(vel_from_mps, vel_to_mps)
-    reached_s = change_time_s(vel_from_mps, vel_to_mps, max_accel_mps2)
-    latest_s = slot_s - change_time_s(vel_to_mps, vel_end_mps, max_accel_mps2)
-    begin_s = xp.where(latest_s > reached_s, latest_s, reached_s)
+    last_s = change_time_s(vel_to_mps, vel_end_mps, max_accel_mps2)
+    first = make_turn(vel_from_mps, vel_to_mps, max_accel_mps2, slot_s - last_s)
+    last = make_turn(vel_to_mps, vel_end_mps, max_accel_mps2, slot_s - first.time_s)
+    begin_s = xp.maximum(slot_s - last.time_s, first.time_s)
     begin_s, time_s = xp.broadcast_arrays(begin_s, time_s)
-    turning = time_s > begin_s
-    turning_s = xp.where(turning, time_s - begin_s, xp.zeros_like(begin_s))
-    lead_m = displacement_m(vel_to_mps, vel_end_mps, max_accel_mps2, turning_s) - vel_to_mps * turning_s[..., None]
-    turned_mps = velocity_mps(vel_to_mps, vel_end_mps, max_accel_mps2, turning_s)
-    return way_m + lead_m, xp.where(turning[..., None], turned_mps, vel_mps)
+    way_m, vel_mps = turn_motion(first, xp.minimum(time_s, begin_s))
+    turned_m, turned_mps = turn_motion(last, xp.maximum(time_s - begin_s, xp.zeros_like(begin_s)))
+    return way_m + turned_m, xp.where((time_s > begin_s)[..., None], turned_mps, vel_mps)
 
 
 def slot_path_m(
@@ -94,13 +160,28 @@ def stopping_point_m(pos_m: Array, vel_mps: Array, max_accel_mps2: float, reacti
     return pos_m + vel_mps * way_s[..., None]
 
 
-def _remaining(vel_from_mps: Array, vel_to_mps: Array, max_accel_mps2: float, time_s: Array) -> tuple[Array, Array]:
-    """Share of the velocity change still to come, and its integral over time in seconds."""
-    xp = array_namespace(vel_from_mps, vel_to_mps)
-    total_s = change_time_s(vel_from_mps, vel_to_mps, max_accel_mps2)
-    total_s, time_s = xp.broadcast_arrays(total_s, time_s)
-    changing = total_s > 0.0
-    safe_total_s = xp.where(changing, total_s, xp.ones_like(total_s))
-    spent_s = xp.where(time_s < total_s, time_s, total_s)
-    share = xp.where(changing, 1.0 - spent_s / safe_total_s, xp.zeros_like(total_s))
-    return share, spent_s - spent_s * spent_s / (2.0 * safe_total_s)
+def _toward(
+    vel_from_mps: Array, vel_to_mps: Array, max_accel_mps2: float, time_s: Array, most_s: float
+) -> tuple[Array, Array]:
+    """Way and velocity after ``time_s`` of flight toward one velocity."""
+    if math.isinf(max_accel_mps2):
+        xp = array_namespace(vel_from_mps, vel_to_mps)
+        way_m = vel_to_mps * time_s[..., None] + 0.0 * vel_from_mps
+        return way_m, xp.broadcast_arrays(vel_to_mps, way_m)[0]
+    return turn_motion(make_turn(vel_from_mps, vel_to_mps, max_accel_mps2, most_s), time_s)
+
+
+def _parts(vector: Array) -> tuple[Array, Array]:
+    return vector[..., 0], vector[..., 1]
+
+
+def _bent(half_rad: Array) -> Array:
+    """Kept from 0, where a bend's formulas have no value."""
+    xp = array_namespace(half_rad)
+    return xp.where(xp.abs(half_rad) < STRAIGHT_RAD, xp.full_like(half_rad, STRAIGHT_RAD), half_rad)
+
+
+def _turned(vector: Array, along: Array, across: Array) -> Array:
+    """[..., 2] times the complex number of parts ``along`` and ``across`` [...]."""
+    east, north = _parts(vector)
+    return array_namespace(vector).stack((along * east - across * north, along * north + across * east), axis=-1)

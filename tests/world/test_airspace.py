@@ -10,7 +10,7 @@ from scenarios import TOWER, make_scenario
 
 from policy.world.actions import make_actions, paper_actions
 from policy.world.airspace import hits_obstacle, inside_area, legal_moves
-from policy.world.motion import displacement_m, slot_path_m
+from policy.world.motion import slot_path_m
 
 
 def test_a_move_beyond_the_edge_is_illegal() -> None:
@@ -50,8 +50,7 @@ def test_legal_moves_never_lead_into_a_corner(seed: int, accel: float) -> None:
         path, _ = slot_path_m(position, velocity, choice, accel, scenario.slot_s)
         assert inside_area(path, scenario).all()
         assert not hits_obstacle(path, scenario).any()
-        position = position + displacement_m(velocity, choice, accel, np.asarray(scenario.slot_s))
-        velocity = choice
+        position, velocity = path[-1], choice
 
 
 @pytest.mark.parametrize("bad", [(0, (18.0,)), (8, ()), (8, (0.0,))])
