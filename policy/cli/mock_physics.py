@@ -8,6 +8,7 @@ import numpy as np
 
 from policy.world.airspace import hits_obstacle, inside_area
 from policy.world.arrays import FloatArray
+from policy.world.motion import slot_motion
 from policy.world.scenario import Scenario
 from policy.world.state import JointAction, WorldState
 from policy.world.transition import Outcome, serve
@@ -15,7 +16,7 @@ from sitl_mock.batch import BatchFleet
 from sitl_mock.physics.fleet import TICK_S
 
 PARTS = 15
-"""Of a slot: where the rules of the airspace are looked at."""
+"""Of a slot: how often a vehicle is told a velocity, and where the rules of the airspace are looked at."""
 
 
 class MockPhysics:
@@ -27,7 +28,9 @@ class MockPhysics:
     def __call__(
         self, scenario: Scenario, state: WorldState, action: JointAction, next_user_pos_enu_m: FloatArray, /
     ) -> tuple[WorldState, Outcome]:
-        """As ``policy.world.transition.step``; the velocities of ``action`` are held all through the slot."""
+        """As ``policy.world.transition.step``. Vehicles are led through the slot as the world's motion goes, by what
+        they should have reached a second later; without a limit of acceleration the velocities of ``action`` are held.
+        """
         if state.slot == 0 or self._fleet is None:
             self._fleet = BatchFleet(1, scenario.num_uavs, alt_m=scenario.altitude_m)
             self._fleet.reset(_north_east(state.uav_pos_enu_m)[None])
@@ -61,11 +64,21 @@ class MockPhysics:
     @staticmethod
     def _path_m(fleet: BatchFleet, scenario: Scenario, state: WorldState, action: JointAction) -> FloatArray:
         """Fly the slot: places [PARTS, U, 2] on the way, the last one at its end."""
+        end_mps = action.end_vel_enu_mps
+        _, led_mps = slot_motion(
+            state.uav_vel_enu_mps[:, None],
+            action.vel_enu_mps[:, None],
+            None if end_mps is None else end_mps[:, None],
+            scenario.max_accel_mps2,
+            scenario.slot_s,
+            np.linspace(0.0, scenario.slot_s, PARTS + 1)[1:],
+        )
+        led_mps = np.where(state.uav_active[:, None, None], led_mps, 0.0)
         command = np.zeros((1, scenario.num_uavs, 3))
-        command[0, :, :2] = _north_east(np.where(state.uav_active[:, None], action.vel_enu_mps, 0.0))
         ticks = np.diff(np.linspace(0.0, scenario.slot_s / TICK_S, PARTS + 1).round().astype(int))
         places = []
-        for part in ticks:
+        for index, part in enumerate(ticks):
+            command[0, :, :2] = _north_east(led_mps[:, index])
             fleet.step(command, int(part))
             places.append(_north_east(fleet.pos_ned_m[0]))
         return np.stack(places)

@@ -33,6 +33,25 @@ def test_it_flies_the_way_that_the_world_plans_a_little_later() -> None:
     assert flown.slot == 1
 
 
+@pytest.mark.parametrize("at_the_end", [False, True])
+def test_turns_are_flown_as_the_world_plans_them(at_the_end: bool) -> None:
+    place, start = SCENARIO.with_accel(4.5), initial_state(SCENARIO, PLACES_M)
+    east = JointAction(EAST.heading_rad, np.full(2, 18.0))
+    north = JointAction(np.zeros(2), np.full(2, 18.0))
+    if at_the_end:
+        north = replace(east, end_heading_rad=north.heading_rad, end_speed_mps=north.speed_mps)
+    off_m = {}
+    for limited in (True, False):
+        physics, motion = MockPhysics(), place if limited else SCENARIO
+        one, _ = physics(motion, start, east, PLACES_M)
+        two, _ = physics(motion, one, north, PLACES_M)
+        expected, _ = step(place, one, north, PLACES_M)
+        off_m[limited] = float(np.linalg.norm(two.uav_pos_enu_m - expected.uav_pos_enu_m, axis=1).max())
+        if limited:
+            np.testing.assert_allclose(two.uav_vel_enu_mps, expected.uav_vel_enu_mps, atol=2.5)
+    assert off_m[True] < 10.0 < off_m[False], "a velocity held is turned into straight, and falls behind"
+
+
 def test_velocity_is_carried_into_the_next_slot_and_a_new_campaign_begins_at_rest() -> None:
     physics, start = MockPhysics(), initial_state(SCENARIO, PLACES_M)
     one, _ = physics(SCENARIO, start, EAST, PLACES_M)
