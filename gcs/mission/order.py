@@ -16,7 +16,7 @@ class FlightSettings:
     """Times and shares of a campaign's flight; the operator's guide explains each."""
 
     gains: Gains = DEFAULT_GAINS
-    plan_accel_share: float = 0.95  # of the vehicle's limit: room for its lag and for wind (docs/operations.md)
+    plan_accel_share: float = 0.92  # of the vehicle's limit: room for its lag and for wind (docs/operations.md)
     plan_grace_s: float = 1.0  # a decision later than this leaves the fleet holding
     plan_wait_s: float = 120.0  # on the wall, for a simulated clock that stands still meanwhile
     ready_timeout_s: float = 120.0
