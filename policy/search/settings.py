@@ -16,7 +16,7 @@ LAST_WEIGHT = 2.0
 """Slots. What phones still hold when a campaign ends is lost: on KAIST a fifth of that for 0.04 % of AoI."""
 MANY_UAVS = 4
 HEATED_SWEEPS = 60
-"""They add half to the time of a decision."""
+"""For two UAVs: they take as long as the rest of a decision."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,8 @@ def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
         right_angle_s = math.sqrt(2.0) * scenario.max_speed_mps / scenario.max_accel_mps2
         is_wide = not many and not scenario.blocking_obstacles  # a move beside walls costs far more to try
         halves = is_wide and right_angle_s > 0.5 * scenario.slot_s
-        beam = 128 if is_wide else 12 if many else 32
+        share = 2.0 / max(scenario.num_uavs, 2)  # three or four UAVs take about the time of two
+        beam = round(128 * share) if is_wide else 12 if many else 32
         return SearchSettings(
             horizon_slots=12,
             beam=beam,
@@ -85,7 +86,7 @@ def settings_for(scenario: Scenario, fast: bool = False) -> SearchSettings:
             speed_shares=(0.55, 1.0),
             end_turns_rad=HALF_TURNS_RAD if halves else (),
             polish_sweeps=3 if many else 6,
-            heated_sweeps=HEATED_SWEEPS if is_wide else 0,
+            heated_sweeps=round(HEATED_SWEEPS * share) if is_wide else 0,
             discount=0.98,
             last_weight=LAST_WEIGHT,
             thrift=THRIFT,

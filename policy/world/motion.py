@@ -75,7 +75,7 @@ def turn_motion(turn: Turn, time_s: Array) -> tuple[Array, Array]:
     reached = xp.sin(bent) / sin
     vel_mps = turn.vel_from_mps + _turned(turn.change_mps, reached * xp.cos(left), -reached * xp.sin(left))
     # The integral of reached exp(-i left) over the share: exp(-i x) / (2 i sin x) ((exp(2 i x s) - 1) / (2 i x) - s)
-    along, across = xp.sin(2.0 * bent) / (2.0 * half_rad) - share, xp.sin(bent) ** 2 / half_rad
+    along, across = _less_than_straight(half_rad, share), xp.sin(bent) ** 2 / half_rad
     cos = xp.cos(half_rad)
     mean_along = (cos * across - sin * along) / (2.0 * sin)
     mean_across = -(cos * along + sin * across) / (2.0 * sin)
@@ -179,6 +179,13 @@ def _bent(half_rad: Array) -> Array:
     """Kept from 0, where a bend's formulas have no value."""
     xp = array_namespace(half_rad)
     return xp.where(xp.abs(half_rad) < STRAIGHT_RAD, xp.full_like(half_rad, STRAIGHT_RAD), half_rad)
+
+
+def _less_than_straight(half_rad: Array, share: Array) -> Array:
+    """sin(2 x s) / (2 x) - s; by its series where the difference of near numbers would be lost in single precision."""
+    xp = array_namespace(half_rad)
+    series = -(2.0 / 3.0) * half_rad**2 * share**3
+    return xp.where(xp.abs(half_rad) < 1e-2, series, xp.sin(2.0 * half_rad * share) / (2.0 * half_rad) - share)
 
 
 def _turned(vector: Array, along: Array, across: Array) -> Array:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -53,6 +54,17 @@ def test_a_right_angle_by_hand() -> None:
         np.asarray([[half, 72.0 - half], [72.0, 72.0], [72.0, 72.0 + 18.0 * (10 - 2 * math.pi)]])
     )
     assert vel == pytest.approx(np.asarray([[half / 4.0, half / 4.0], north, north]), abs=1e-9)
+
+
+@given(velocities, velocities, accels)
+def test_single_precision_is_good_to_a_decimetre(start: FloatArray, goal: FloatArray, accel: float) -> None:
+    singly = [torch.asarray(value, dtype=torch.float32) for value in (start, goal)]
+    way, vel = slot_motion(*singly, None, accel, 15.0, torch.linspace(0.0, 15.0, 16))
+    fine_way, fine_vel = slot_motion(start, goal, None, accel, 15.0, np.linspace(0.0, 15.0, 16))
+    assert way.dtype == torch.float32
+    if (np.pi - abs(math.remainder(math.atan2(*start) - math.atan2(*goal), 2 * math.pi))) > 1e-4:  # else left or right
+        assert way.numpy() == pytest.approx(fine_way, abs=0.1)
+        assert vel.numpy() == pytest.approx(fine_vel, abs=0.01)
 
 
 def test_what_the_slot_leaves_no_time_for_is_flown_straighter() -> None:
