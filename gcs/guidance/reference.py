@@ -1,11 +1,12 @@
 """The path of one slot that guidance follows: the world's own motion from the slot's start to its end point."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from policy.world.arrays import FloatArray
-from policy.world.motion import slot_motion
+from policy.world.motion import SlotTurns, slot_state, slot_turns
 
 _KEPT = 8
 """Moments of a fleet's motion: those of a tick, or of the outlines that are drawn when a slot begins."""
@@ -37,14 +38,15 @@ class FleetMotion:
     slot_s: float
     _known: dict[float, list[list[float]]] = field(default_factory=dict)
 
+    @cached_property
+    def _turns(self) -> SlotTurns:
+        return slot_turns(self.vel_mps, self.vel_command_mps, self.vel_end_mps, self.max_accel_mps2, self.slot_s)
+
     def after(self, time_s: float) -> list[list[float]]:
         """[U][4]: a :class:`Point`'s fields so long after the start; within the slot."""
         rows = self._known.get(time_s)
         if rows is None:
-            end_mps, at_s = self.vel_end_mps, np.array(time_s)
-            way_m, vel_mps = slot_motion(
-                self.vel_mps, self.vel_command_mps, end_mps, self.max_accel_mps2, self.slot_s, at_s
-            )
+            way_m, vel_mps = slot_state(self._turns, np.array(time_s))
             rows = np.concatenate((self.pos_m + way_m, vel_mps), axis=-1).tolist()
             if len(self._known) >= _KEPT:
                 del self._known[next(iter(self._known))]

@@ -38,6 +38,14 @@ class Turn(NamedTuple):
     time_s: Array  # [...]
 
 
+class SlotTurns(NamedTuple):
+    """What a slot's motion is made of."""
+
+    first: Turn  # into the velocity commanded
+    last: Turn | None  # out of it, into the velocity at the slot's end
+    begin_s: Array | None  # [...] of the last one
+
+
 def change_time_s(vel_from_mps: Array, vel_to_mps: Array, max_accel_mps2: float) -> Array:
     """The least time, straight, until the new velocity is reached: [..., 2], [..., 2] -> [...]; 0 at no limit."""
     return norm(vel_to_mps - vel_from_mps) / max_accel_mps2
@@ -85,16 +93,6 @@ def turn_motion(turn: Turn, time_s: Array) -> tuple[Array, Array]:
     return way_m + (turn.vel_from_mps + turn.change_mps) * (time_s - turning_s)[..., None], vel_mps
 
 
-def velocity_mps(vel_from_mps: Array, vel_to_mps: Array, max_accel_mps2: float, time_s: Array) -> Array:
-    """Velocity after ``time_s`` [...] of flight toward one velocity, however long it takes: [..., 2] -> [..., 2]."""
-    return _toward(vel_from_mps, vel_to_mps, max_accel_mps2, time_s, math.inf)[1]
-
-
-def displacement_m(vel_from_mps: Array, vel_to_mps: Array, max_accel_mps2: float, time_s: Array) -> Array:
-    """Way travelled in ``time_s`` [...] toward one velocity, however long it takes: [..., 2] -> [..., 2]."""
-    return _toward(vel_from_mps, vel_to_mps, max_accel_mps2, time_s, math.inf)[0]
-
-
 def slot_times_s(like: Array, slot_s: float, samples: int = SAMPLES_PER_SLOT) -> Array:
     """Evenly spaced times of a slot [samples], in the library, type and device of ``like``."""
     xp = array_namespace(like)
@@ -115,18 +113,37 @@ def slot_motion(
     before ``vel_to_mps`` is reached: what is too much for one slot is not complete when it ends. The first turn has the
     time that a straight change into ``vel_end_mps`` leaves, the last one what the first has left.
     """
-    if math.isinf(max_accel_mps2):
-        return _toward(vel_from_mps, vel_to_mps, max_accel_mps2, time_s, slot_s)
-    if vel_end_mps is None:
-        return _toward(vel_from_mps, vel_to_mps, max_accel_mps2, time_s, slot_s)
+    if math.isinf(max_accel_mps2):  # as slot_state has it, for a tenth of the time: training flies little else
+        way_m = vel_to_mps * time_s[..., None] + 0.0 * vel_from_mps
+        return way_m, array_namespace(vel_to_mps, way_m).broadcast_arrays(vel_to_mps, way_m)[0]
+    return slot_state(slot_turns(vel_from_mps, vel_to_mps, vel_end_mps, max_accel_mps2, slot_s), time_s)
+
+
+def slot_turns(
+    vel_from_mps: Array, vel_to_mps: Array, vel_end_mps: Array | None, max_accel_mps2: float, slot_s: float
+) -> SlotTurns:
+    """The turns of :func:`slot_motion`, for who asks for many moments of one slot."""
     xp = array_namespace(vel_from_mps, vel_to_mps)
+    if math.isinf(max_accel_mps2):
+        vel_mps = xp.broadcast_arrays(vel_to_mps, vel_from_mps)[0]
+        at_once = Turn(vel_mps, xp.zeros_like(vel_mps), _bent(0.0 * vel_mps[..., 0]), 0.0 * vel_mps[..., 0])
+        return SlotTurns(at_once, None, None)
+    if vel_end_mps is None:
+        return SlotTurns(make_turn(vel_from_mps, vel_to_mps, max_accel_mps2, slot_s), None, None)
     last_s = change_time_s(vel_to_mps, vel_end_mps, max_accel_mps2)
     first = make_turn(vel_from_mps, vel_to_mps, max_accel_mps2, slot_s - last_s)
     last = make_turn(vel_to_mps, vel_end_mps, max_accel_mps2, slot_s - first.time_s)
-    begin_s = xp.maximum(slot_s - last.time_s, first.time_s)
-    begin_s, time_s = xp.broadcast_arrays(begin_s, time_s)
-    way_m, vel_mps = turn_motion(first, xp.minimum(time_s, begin_s))
-    turned_m, turned_mps = turn_motion(last, xp.maximum(time_s - begin_s, xp.zeros_like(begin_s)))
+    return SlotTurns(first, last, xp.maximum(slot_s - last.time_s, first.time_s))
+
+
+def slot_state(turns: SlotTurns, time_s: Array) -> tuple[Array, Array]:
+    """Way [..., 2] and velocity [..., 2] after ``time_s`` [...] of a slot."""
+    if turns.last is None:
+        return turn_motion(turns.first, time_s)
+    xp = array_namespace(turns.begin_s)
+    begin_s, time_s = xp.broadcast_arrays(turns.begin_s, time_s)
+    way_m, vel_mps = turn_motion(turns.first, xp.minimum(time_s, begin_s))
+    turned_m, turned_mps = turn_motion(turns.last, xp.maximum(time_s - begin_s, xp.zeros_like(begin_s)))
     return way_m + turned_m, xp.where((time_s > begin_s)[..., None], turned_mps, vel_mps)
 
 
@@ -158,17 +175,6 @@ def stopping_point_m(pos_m: Array, vel_mps: Array, max_accel_mps2: float, reacti
     """Where full braking after ``reaction_s`` comes to rest: [..., 2], [..., 2] -> [..., 2]."""
     way_s = reaction_s + norm(vel_mps) / (2.0 * max_accel_mps2)
     return pos_m + vel_mps * way_s[..., None]
-
-
-def _toward(
-    vel_from_mps: Array, vel_to_mps: Array, max_accel_mps2: float, time_s: Array, most_s: float
-) -> tuple[Array, Array]:
-    """Way and velocity after ``time_s`` of flight toward one velocity."""
-    if math.isinf(max_accel_mps2):
-        xp = array_namespace(vel_from_mps, vel_to_mps)
-        way_m = vel_to_mps * time_s[..., None] + 0.0 * vel_from_mps
-        return way_m, xp.broadcast_arrays(vel_to_mps, way_m)[0]
-    return turn_motion(make_turn(vel_from_mps, vel_to_mps, max_accel_mps2, most_s), time_s)
 
 
 def _parts(vector: Array) -> tuple[Array, Array]:

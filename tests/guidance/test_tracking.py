@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from gcs.guidance.reference import Point, SlotReference, slot_references
 from gcs.guidance.tracking import DEFAULT_GAINS, approach, follow, holding_point_m, keep_velocity
 from gcs.ports import UavTrack, VelocitySetpoint
-from policy.world.motion import displacement_m, slot_motion
+from policy.world.motion import slot_motion
 
 TICK_S, SLOT_S, ACCEL = 0.1, 15.0, 4.5
 
@@ -91,7 +91,8 @@ def test_the_reference_is_the_worlds_motion() -> None:
     body = LaggingMass(vel=[3.0, -4.0])
     path = reference(body, (18.0, 0.0))
     for time_s in (0.0, 2.0, 3.7, 15.0):
-        way = displacement_m(np.array([3.0, -4.0]), np.array([18.0, 0.0]), 0.95 * ACCEL, np.array(time_s))
+        start, goal = np.array([3.0, -4.0]), np.array([18.0, 0.0])
+        way, _ = slot_motion(start, goal, None, 0.95 * ACCEL, SLOT_S, np.array(time_s))
         point = path.at(time_s)
         assert (point.east_m - 500.0, point.north_m - 500.0) == pytest.approx(tuple(way), abs=0.02)
 

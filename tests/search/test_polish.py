@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from policy.search.kernel import _turn as kernel_turn
 from policy.search.kernel import search
 from policy.search.moves import make_moves
 from policy.search.planner import make_plan
@@ -221,6 +222,8 @@ def test_compiled_turns_are_the_worlds(
     assert ours == pytest.approx((float(theirs.half_rad), float(theirs.time_s)), abs=1e-9)
     way, _ = turn_motion(theirs, np.asarray(share * theirs.time_s))
     assert turn_way(start, end, ours, share) == pytest.approx(tuple(way), abs=1e-5)
+    whole, _ = turn_motion(theirs, theirs.time_s)
+    assert kernel_turn(start, end, accel, most_s) == pytest.approx((*whole, float(theirs.time_s)), abs=1e-5)
 
 
 def flown_with_inertia(problem: Problem, place: Scenario, slots: int) -> tuple[list[bool], list[float]]:

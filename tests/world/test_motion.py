@@ -11,14 +11,12 @@ from hypothesis import strategies as st
 from policy.world.arrays import FloatArray
 from policy.world.motion import (
     change_time_s,
-    displacement_m,
     end_velocity_mps,
     make_turn,
     slot_motion,
     slot_path_m,
     stopping_point_m,
     turn_motion,
-    velocity_mps,
 )
 
 velocities = st.tuples(st.floats(-18.0, 18.0), st.floats(-18.0, 18.0)).map(np.asarray)
@@ -34,7 +32,7 @@ def derived(vel_mps: FloatArray, slot_s: float = 15.0) -> tuple[FloatArray, floa
 
 
 def test_infinite_acceleration_is_the_papers_motion() -> None:
-    way = displacement_m(np.asarray([5.0, 5.0]), np.asarray([18.0, 0.0]), math.inf, np.asarray(15.0))
+    way, _ = slot_motion(np.asarray([5.0, 5.0]), np.asarray([18.0, 0.0]), None, math.inf, 15.0, np.asarray(15.0))
     assert way.tolist() == [270.0, 0.0]
 
 
@@ -42,7 +40,8 @@ def test_reversal_by_hand() -> None:
     # 36 m/s at 4.5 m/s^2 takes 8 s and gains no ground; 7 s remain at 18 m/s.
     start, goal = np.asarray([0.0, 18.0]), np.asarray([0.0, -18.0])
     assert change_time_s(start, goal, 4.5) == pytest.approx(8.0)
-    assert displacement_m(start, goal, 4.5, np.asarray(15.0)) == pytest.approx([0.0, -126.0], abs=1e-5)
+    way, _ = slot_motion(start, goal, None, 4.5, 15.0, np.asarray(15.0))
+    assert way == pytest.approx([0.0, -126.0], abs=1e-5)
 
 
 def test_a_right_angle_by_hand() -> None:
@@ -100,11 +99,11 @@ def test_two_parts_of_a_coordinated_turn_make_the_whole(
     heading: float, turn: float, speed: float, accel: float, split_s: float
 ) -> None:
     start, goal = (speed * np.asarray([math.sin(at), math.cos(at)]) for at in (heading, heading + turn))
-    first = displacement_m(start, goal, accel, np.asarray(split_s))
-    between = velocity_mps(start, goal, accel, np.asarray(split_s))
-    second = displacement_m(between, goal, accel, np.asarray(15.0 - split_s))
+    first, between = turn_motion(make_turn(start, goal, accel, math.inf), np.asarray(split_s))
+    second, _ = turn_motion(make_turn(between, goal, accel, math.inf), np.asarray(15.0 - split_s))
+    whole, _ = turn_motion(make_turn(start, goal, accel, math.inf), np.asarray(15.0))
     assert np.linalg.norm(between) == pytest.approx(speed)
-    assert first + second == pytest.approx(displacement_m(start, goal, accel, np.asarray(15.0)), abs=1e-3)
+    assert first + second == pytest.approx(whole, abs=1e-3)
 
 
 @given(velocities, velocities, accels)
